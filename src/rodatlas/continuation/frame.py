@@ -1,0 +1,135 @@
+"""A point of a branch as the walker needs it: state, tangent and test functions on one discretisation."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from rodatlas.continuation.collocation import Collocation, Scale, add, scaled
+from rodatlas.continuation.linear import Columns, Factorization
+from rodatlas.continuation.mesh import equidistribute, error_estimate, monitor, wanted_intervals
+from rodatlas.continuation.newton import NewtonResult, newton, plane
+from rodatlas.continuation.options import TraceOptions
+from rodatlas.continuation.problem import BVP
+from rodatlas.continuation.solution import Solution
+
+
+@dataclass(frozen=True)
+class Frame:
+    """State x and unit tangent t on a discretisation, with what was learnt in reaching it.
+
+    `branch_test` is sign and log|det| of the bordered matrix; `previous` and `previous_step` serve the quadratic
+    predictor; `error` is the last error estimate.
+    """
+
+    colloc: Collocation
+    x: Columns
+    tangent: Columns
+    branch_test: tuple[float, float]
+    previous: Columns | None = None
+    previous_step: float = 1.0
+    error: float = float("nan")
+
+    @property
+    def parameter(self) -> float:
+        return float(self.x.scalars[0])
+
+    @property
+    def fold_test(self) -> float:
+        return float(self.tangent.scalars[0])
+
+    def predict(self, step: float) -> Columns:
+        """Quadratic predictor: the tangent, bent as it was bent over the last step."""
+        if self.previous is None:
+            return add(self.x, (step, self.tangent))
+        bend = step * step / (2 * self.previous_step)
+        return add(self.x, (step + bend, self.tangent), (-bend, self.previous))
+
+    def reached(self, state: Columns, fac: Factorization, step: float) -> Frame:
+        """The frame at a corrected state, whose last matrix was bordered with this frame's tangent."""
+        t = unit_tangent(self.colloc, fac, self.tangent)
+        return Frame(self.colloc, state, t, (fac.sign, fac.log_det), self.tangent, step, self.error)
+
+    def reversed(self) -> Frame:
+        """The same point, looking the other way."""
+        sign, log_det = self.branch_test
+        return replace(self, tangent=scaled(self.tangent, -1.0), branch_test=(-sign, log_det), previous=None)
+
+    def on_mesh(self, mesh: np.ndarray) -> Frame:
+        """The frame interpolated on another mesh; the state is to be corrected there."""
+        old = self.colloc
+        new = Collocation(
+            old.bvp, mesh, old.scheme.points, old.base, list(old.free), old.scale, old.backend
+        )  # fmt: skip
+        previous = old.interpolate(self.previous, new) if self.previous is not None else None
+        return replace(
+            self, colloc=new, x=old.interpolate(self.x, new), tangent=old.interpolate(self.tangent, new),
+            previous=previous,
+        )  # fmt: skip
+
+
+def unit_tangent(colloc: Collocation, fac: Factorization, along: Columns) -> Columns:
+    """Unit tangent with <tangent, along> > 0 from a matrix bordered with `along`."""
+    v = fac.solve(colloc.right_hand_side(None, [colloc.row(along)], [1.0]))
+    return scaled(v, 1.0 / colloc.norm(v))
+
+
+def first_frame(
+    bvp: BVP, solution: Solution, free: list[int], options: TraceOptions, scale: Scale | None = None,
+    tangent: Columns | None = None,
+) -> tuple[Frame | None, NewtonResult]:
+    """Correct a start solution at its own parameter values and find the tangent, pointing to a larger parameter.
+
+    A tangent (on the solution's mesh) fixes the direction when the start is a fold or a branch point's side.
+    """
+    scale = scale or Scale.of(bvp, solution)
+    colloc = Collocation(
+        bvp, solution.mesh, solution.points, solution.parameters, free, scale, options.backend
+    )  # fmt: skip
+    x = colloc.state(solution)
+    for guess in (tangent,) if tangent is not None else _directions(x, len(free)):
+        result = newton(colloc, x, [plane(colloc, guess, x)], options.newton)
+        if result.converged and result.factorization is not None:
+            t = unit_tangent(colloc, result.factorization, guess)
+            frame = Frame(colloc, result.state, t, (0.0, 0.0))
+            return with_tests(frame), result
+    return None, result
+
+
+def _directions(x: Columns, k: int) -> list[Columns]:
+    """Directions to try for the first tangent: the parameter, then (at a fold) a smooth change of the unknowns."""
+    parameter = Columns(np.zeros_like(x.stage), np.zeros_like(x.mesh), np.eye(k)[0])
+    rng = np.random.default_rng(3)
+    shift = rng.normal(size=x.stage.shape[2])
+    return [parameter, Columns(np.tile(shift, (*x.stage.shape[:2], 1)), np.tile(shift, (len(x.mesh), 1)), np.zeros(k))]
+
+
+def with_tests(frame: Frame) -> Frame:
+    """Evaluate the bordered determinant with the frame's own tangent."""
+    colloc = frame.colloc
+    fac = colloc.factor(colloc.linearize(frame.x), [colloc.row(frame.tangent)])
+    return replace(frame, branch_test=(fac.sign, fac.log_det))
+
+
+def adapted(frame: Frame, options: TraceOptions) -> tuple[Frame, int]:
+    """Move the mesh, and change its size, to follow the solution; returns the frame and Newton iterations spent.
+
+    The old frame comes back when the correction on the new mesh fails.
+    """
+    control = options.mesh
+    colloc = frame.colloc
+    intervals = len(colloc.step)
+    error, spent = frame.error, 0
+    if not control.is_fixed_size:
+        error, spent = error_estimate(colloc, frame.x), 2
+        intervals = wanted_intervals(control, intervals, error)
+    mesh = equidistribute(colloc.mesh, monitor(colloc, frame.x), intervals)
+    moved = frame.on_mesh(mesh)
+    result = newton(moved.colloc, moved.x, [plane(moved.colloc, moved.tangent, moved.x)], options.newton)
+    spent += len(result.corrections)
+    if not result.converged or result.factorization is None:
+        return replace(frame, error=error), spent
+    t = unit_tangent(moved.colloc, result.factorization, moved.tangent)
+    tests = (result.factorization.sign, result.factorization.log_det)
+    return replace(moved, x=result.state, tangent=t, error=error, branch_test=tests), spent

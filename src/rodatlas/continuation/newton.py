@@ -1,0 +1,127 @@
+"""Newton's method on the bordered collocation system, with result codes that say what to do next."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from enum import Enum
+
+import numpy as np
+
+from rodatlas.continuation.collocation import Collocation, Linearization, Row, add
+from rodatlas.continuation.linear import Columns, Factorization
+
+Condition = Callable[[Columns], tuple[float, Row]]
+"""One more equation: state -> (residual, its gradient as a row)."""
+
+
+class NewtonCode(Enum):
+    """Why Newton stopped; the value is a sentence for the user."""
+
+    CONVERGED = "converged"
+    DIVERGED = "Newton's corrections grow: start closer to a solution, or take a smaller step"
+    SLOW = "Newton converges too slowly: start closer to a solution, take a smaller step or refine the mesh"
+    SINGULAR = "the linearised problem is singular: check that boundary conditions are independent, or leave this point"
+    NOT_FINITE = "the right-hand side or a boundary condition returned NaN or infinity: keep the unknowns in its domain"
+
+
+@dataclass(frozen=True)
+class NewtonOptions:
+    """Tolerance on the estimated remaining error (scaled variables), and limits."""
+
+    tolerance: float = 1e-9
+    max_iterations: int = 8
+    max_growth: float = 2.0
+
+
+@dataclass(frozen=True)
+class NewtonResult:
+    """Outcome of one Newton run.
+
+    Attributes
+    ----------
+    state : Columns, the last iterate; factorization : of the derivative at the iterate before it.
+    corrections : sizes of the corrections made, in the scaled L2 norm.
+    estimate : size of the next correction, estimated from the last two.
+    """
+
+    code: NewtonCode
+    state: Columns
+    factorization: Factorization | None
+    linearization: Linearization | None
+    corrections: tuple[float, ...]
+    estimate: float
+
+    @property
+    def converged(self) -> bool:
+        return self.code is NewtonCode.CONVERGED
+
+
+def newton(
+    colloc: Collocation, x: Columns, conditions: Sequence[Condition], options: NewtonOptions | None = None
+) -> NewtonResult:
+    r"""Solve F(x) = 0 together with as many conditions as there are free parameters beyond the problem's own.
+
+    Convergence is quadratic, so after two corrections :math:`\delta_1, \delta_2` the next one is about
+    :math:`\delta_2^3/\delta_1^2`; the run ends when that estimate is below the tolerance, without an evaluation
+    that would only confirm it.
+    """
+    options = options or NewtonOptions()
+    sizes: list[float] = []
+    factorization, lin = None, None
+    estimate = np.inf
+
+    def result(code: NewtonCode) -> NewtonResult:
+        return NewtonResult(code, x, factorization, lin, tuple(sizes), float(estimate))
+
+    for _ in range(options.max_iterations):
+        lin = colloc.linearize(x)
+        values, rows = zip(*[c(x) for c in conditions], strict=True) if conditions else ((), ())
+        if not (np.isfinite(lin.norm) and np.isfinite(lin.jac).all()):
+            return result(NewtonCode.NOT_FINITE)
+        factorization = colloc.factor(lin, rows)
+        if factorization.sign == 0.0:
+            return result(NewtonCode.SINGULAR)
+        dx = factorization.solve(colloc.right_hand_side(lin.residual, rows, [-v for v in values]))
+        size = colloc.norm(dx)
+        if not np.isfinite(size):
+            return result(NewtonCode.SINGULAR)
+        if sizes and size > options.max_growth * sizes[-1]:
+            return result(NewtonCode.DIVERGED)
+        x = add(x, (1.0, dx))
+        estimate = _next_correction(sizes, size)
+        sizes.append(size)
+        if estimate < options.tolerance:
+            return result(NewtonCode.CONVERGED)
+    return result(NewtonCode.SLOW)
+
+
+def _next_correction(sizes: list[float], size: float) -> float:
+    """Estimate of the correction that would follow one of `size`, from quadratic convergence."""
+    if not sizes or sizes[-1] == 0.0:
+        return size**1.5
+    return max(size * (size / sizes[-1]) ** 2, size**2)
+
+
+def fixed(name: str, value: float) -> Callable[[Collocation], Condition]:
+    """Condition 'parameter or observable equals value', to be bound to a discretisation."""
+
+    def bind(colloc: Collocation) -> Condition:
+        def condition(x: Columns) -> tuple[float, Row]:
+            current, row = colloc.observable_row(name, x)
+            return current - value, row
+
+        return condition
+
+    return bind
+
+
+def plane(colloc: Collocation, normal: Columns, point: Columns) -> Condition:
+    """Condition <normal, x - point> = 0: the pseudo-arclength condition."""
+    row = colloc.row(normal)
+    offset = row.dot(point)
+
+    def condition(x: Columns) -> tuple[float, Row]:
+        return row.dot(x) - offset, row
+
+    return condition

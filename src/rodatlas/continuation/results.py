@@ -1,0 +1,180 @@
+"""What continuation returns: points, special points and branches."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from enum import Enum
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from rodatlas.continuation.labels import LABELS
+from rodatlas.continuation.solution import Solution
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+    from rodatlas.continuation.linear import Columns
+
+
+class EndReason(Enum):
+    """Why a branch ends; the value is a sentence."""
+
+    RANGE = "range reached"
+    CLOSED = "closed: back at its start"
+    START = "starts here"
+    BRANCH_POINT = "ends at a branch point of another branch"
+    FOLD_LIMIT = "the allowed number of folds is reached"
+    POINT_LIMIT = "the allowed number of points is reached: raise max_points"
+    MIN_STEP = "the step became too small: loosen the tolerance, allow more intervals or a smaller minimum step"
+    MESH_LIMIT = "the tolerance needs more intervals than allowed: raise intervals or loosen the tolerance"
+    STOPPED = "stopped by the caller"
+
+
+class Status(Enum):
+    """How well a special point is known."""
+
+    CONVERGED = "converged"
+    BRACKETED = "bracketed"
+
+
+@dataclass(frozen=True)
+class Point:
+    """One computed point of a branch.
+
+    Attributes
+    ----------
+    solution : Solution
+    arclength : float, signed distance along the branch from its start.
+    tangent : (k,) derivative of the free parameters with respect to arclength, scaled.
+    fold_test, branch_test : tangent component of the continuation parameter; sign of the bordered determinant
+        (oriented along increasing arclength).
+    index : int or None, what the caller's `index` function returned.
+    iterations, step : Newton iterations spent and arclength step taken to reach the point.
+    """
+
+    solution: Solution
+    arclength: float
+    tangent: np.ndarray
+    fold_test: float
+    branch_test: float
+    index: int | None = None
+    iterations: int = 0
+    step: float = 0.0
+
+
+@dataclass(frozen=True)
+class SpecialPoint:
+    """A fold, branch point or user zero, with the record of how it was found.
+
+    Attributes
+    ----------
+    kind : 'fold', 'branch point', or 'zero of NAME'.
+    status : CONVERGED when Newton on the augmented system converged inside the bracket, else BRACKETED.
+    bracket : arclengths of the two points between which the test function changes sign.
+    tests : values of the test function at these points.
+    index : index of the solution before and after, None when no index function was given.
+    residual : size of the last Newton correction of the augmented system, scaled.
+    directions : tangents through a branch point: along this branch, and along the other one.
+    curvature : for a fold, second derivative of the continuation parameter along the branch, scaled.
+    """
+
+    kind: str
+    solution: Solution
+    arclength: float
+    status: Status
+    bracket: tuple[float, float]
+    tests: tuple[float, float]
+    index: tuple[int | None, int | None] = (None, None)
+    residual: float = float("nan")
+    curvature: float = float("nan")
+    directions: tuple[Columns, ...] = field(default=(), repr=False)
+
+    @property
+    def label(self) -> str:
+        """Short label for plots."""
+        return LABELS.get(self.kind, LABELS["zero"])
+
+    def __repr__(self) -> str:
+        return f"SpecialPoint({self.kind}, {self.status.value}, {self.solution!r})"
+
+
+@dataclass(frozen=True)
+class Discrepancy:
+    """An interval of a branch where the index and the located events do not add up."""
+
+    bracket: tuple[float, float]
+    index: tuple[int, int]
+    events: tuple[str, ...]
+    parameter: tuple[float, float]
+
+    def __str__(self) -> str:
+        found = ", ".join(self.events) or "no event"
+        return (
+            f"index changes from {self.index[0]} to {self.index[1]} between parameter values {self.parameter[0]:.8g} "
+            f"and {self.parameter[1]:.8g}, where {found} was located"
+        )
+
+
+@dataclass(frozen=True)
+class Branch:
+    """A curve of solutions in order of arclength.
+
+    Attributes
+    ----------
+    free : names of the free parameters, the continuation parameter first.
+    points : tuple of Point; special : tuple of SpecialPoint; both sorted by arclength.
+    ends : reasons at the two ends; closed : whether the curve returned to its start.
+    discrepancies : intervals that the bookkeeping could not explain.
+    newton_iterations : total spent, location of special points included.
+    """
+
+    free: tuple[str, ...]
+    points: tuple[Point, ...]
+    special: tuple[SpecialPoint, ...]
+    ends: tuple[EndReason, EndReason]
+    discrepancies: tuple[Discrepancy, ...] = ()
+    newton_iterations: int = 0
+
+    @property
+    def closed(self) -> bool:
+        return EndReason.CLOSED in self.ends
+
+    def __len__(self) -> int:
+        return len(self.points)
+
+    def __iter__(self) -> Iterator[Point]:
+        return iter(self.points)
+
+    def __repr__(self) -> str:
+        counts = {k: sum(x.kind == k for x in self.special) for k in dict.fromkeys(x.kind for x in self.special)}
+        found = ", ".join(f"{v} x {k}" for k, v in counts.items()) or "no special points"
+        lo, hi = self.column(self.free[0]).min(), self.column(self.free[0]).max()
+        return (
+            f"Branch({len(self)} points, {self.free[0]} in [{lo:.6g}, {hi:.6g}], {found}; "
+            f"ends: {self.ends[0].value} | {self.ends[1].value})"
+        )
+
+    def column(self, name: str) -> np.ndarray:
+        """A parameter, observable or 'arclength', 'index' at all points."""
+        if name in ("arclength", "index", "fold_test", "branch_test"):
+            return np.array([getattr(p, name) for p in self.points], dtype=float)
+        return np.array([p.solution[name] for p in self.points])
+
+    def of_kind(self, kind: str) -> tuple[SpecialPoint, ...]:
+        return tuple(x for x in self.special if x.kind == kind)
+
+    def to_frame(self) -> pd.DataFrame:
+        """One row per point and special point: label, arclength, parameters, observables, error, index."""
+        import pandas as pd
+
+        rows: list[dict[str, Any]] = []
+        marked = [("", p.arclength, p.solution, p.index) for p in self.points]
+        marked += [(x.label, x.arclength, x.solution, None) for x in self.special]
+        for label, arclength, sol, index in sorted(marked, key=lambda r: r[1]):
+            row: dict[str, Any] = {"label": label, "arclength": arclength}
+            row |= dict(zip(sol.parameter_names, sol.parameters.tolist(), strict=True))
+            row |= dict(sol.observables)
+            rows.append(row | {"error": sol.error, "intervals": sol.intervals, "index": index})
+        return pd.DataFrame(rows)
