@@ -9,7 +9,7 @@ import numpy as np
 from rodatlas.continuation.collocation import Collocation, Scale, add, scaled
 from rodatlas.continuation.linear import Columns, Factorization
 from rodatlas.continuation.mesh import equidistribute, error_estimate, monitor, wanted_intervals
-from rodatlas.continuation.newton import NewtonResult, newton, plane
+from rodatlas.continuation.newton import NewtonResult, fixed, newton, plane
 from rodatlas.continuation.options import TraceOptions
 from rodatlas.continuation.problem import BVP
 from rodatlas.continuation.solution import Solution
@@ -88,12 +88,16 @@ def first_frame(
         bvp, solution.mesh, solution.points, solution.parameters, free, scale, options.backend
     )  # fmt: skip
     x = colloc.state(solution)
+    name = bvp.parameter_names[free[0]]
+    held = fixed(name, solution.parameter(name))(colloc)
     for guess in (tangent,) if tangent is not None else _directions(x, len(free)):
-        result = newton(colloc, x, [plane(colloc, guess, x)], options.newton)
-        if result.converged and result.factorization is not None:
-            t = unit_tangent(colloc, result.factorization, guess)
-            frame = Frame(colloc, result.state, t, (0.0, 0.0))
-            return with_tests(frame), result
+        conditions = [held] if guess.scalars[0] == 1.0 else [plane(colloc, guess, x)]
+        result = newton(colloc, x, conditions, options.newton)
+        if result.converged:
+            fac = colloc.factor(colloc.linearize(result.state), [colloc.row(guess)])
+            if fac.sign != 0.0:
+                t = unit_tangent(colloc, fac, guess)
+                return with_tests(Frame(colloc, result.state, t, (0.0, 0.0))), result
     return None, result
 
 

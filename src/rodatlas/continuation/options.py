@@ -25,7 +25,7 @@ class StepControl:
 
     initial: float = 0.02
     minimum: float = 1e-6
-    maximum: float = 0.1
+    maximum: float = 0.5
     target: float = 2e-3
     max_correction: float = 0.3
     min_cosine: float = 0.9

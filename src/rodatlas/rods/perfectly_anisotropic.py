@@ -1,0 +1,108 @@
+"""The perfectly anisotropic rod (kappa2 = 0): balance equations, clamps and observables as boundary value problems.
+
+Two formulations of one model: :func:`rod_problem` with 13 unknowns, and :func:`reduced_problem` with the seven
+unknowns (q, X) and the six constants that balance without body force leaves. Source: T. Yu and J. A. Hanna,
+"Bifurcations of buckled, clamped anisotropic rods and thin bands under lateral end translations".
+"""
+
+from __future__ import annotations
+
+from functools import lru_cache
+from typing import Any
+
+import numpy as np
+
+from rodatlas.continuation import BVP, end_value, integral_of
+from rodatlas.rods.kinematics import clamp_residual, director_components, quaternion_rate
+
+UNKNOWNS = ("N1", "N2", "N3", "M2", "k1", "tau", "q0", "q1", "q2", "q3", "x", "y", "z")
+REDUCED_UNKNOWNS = UNKNOWNS[6:]
+CONSTANTS = ("nx", "ny", "nz", "mx", "my", "mz")
+FORCE_SCALE = 300.0
+MOMENT_SCALE = 60.0
+
+
+@lru_cache(maxsize=1)
+def rod_problem() -> BVP:
+    r"""Thirteen equations for (N, M2, k1, tau, q, X) with M1 = a k1, M3 = tau.
+
+    .. math:: N' + \omega \times N = 0, \quad M' + \omega \times M + d_3 \times N = 0, \quad X' = d_3
+
+    Parameters: a = EI1/GJ, psi0 [rad], dL, dD. Observables: height = int y ds, energy = int (a k1^2 + tau^2)/2 ds,
+    end_force_z = z component of N in space at s = 0 (dE/d(dD) along a branch).
+    """
+
+    def rhs(s: Any, u: Any, p: Any) -> list[Any]:
+        m1, m3 = p.a * u.k1, u.tau
+        d3 = director_components(u.q0, u.q1, u.q2, u.q3)[2]
+        return [
+            u.N2 * u.tau,
+            -u.N1 * u.tau + u.N3 * u.k1,
+            -u.N2 * u.k1,
+            -m1 * u.tau + m3 * u.k1 - u.N1,
+            (u.M2 * u.tau + u.N2) / p.a,
+            -u.M2 * u.k1,
+            *quaternion_rate((u.q0, u.q1, u.q2, u.q3), u.k1, 0.0, u.tau),
+            *d3,
+        ]
+
+    return BVP(
+        rhs, _clamps, unknowns=UNKNOWNS, parameters={"a": 0.625, "psi0": np.pi, "dL": 1.0, "dD": 0.0},
+        observables={
+            "height": integral_of(lambda s, u, p: u.y),
+            "energy": integral_of(lambda s, u, p: (p.a * u.k1**2 + u.tau**2) / 2),
+            "end_force_z": end_value(_end_force_z),
+        },
+        scales={"N1": FORCE_SCALE, "N2": FORCE_SCALE, "N3": FORCE_SCALE, "M2": MOMENT_SCALE, "k1": MOMENT_SCALE,
+                "tau": MOMENT_SCALE},
+        name="perfectly anisotropic rod",
+    )  # fmt: skip
+
+
+@lru_cache(maxsize=1)
+def reduced_problem() -> BVP:
+    r"""Seven equations for (q, X) with constant space force n and moment m(0).
+
+    .. math:: m(s) = m(0) - (X(s) - X(0)) \times n, \quad \kappa_1 = d_1 \cdot m / a, \quad \tau = d_3 \cdot m
+
+    Parameters: as :func:`rod_problem`, and nx .. mz, free on every branch together with the control parameter.
+    """
+
+    def strains(u: Any, p: Any) -> tuple[Any, Any]:
+        d1, _, d3 = director_components(u.q0, u.q1, u.q2, u.q3)
+        rx, ry, rz = u.x, u.y, u.z + p.dD
+        m = [p.mx - (ry * p.nz - rz * p.ny), p.my - (rz * p.nx - rx * p.nz), p.mz - (rx * p.ny - ry * p.nx)]
+        return sum(a * b for a, b in zip(d1, m, strict=True)) / p.a, sum(a * b for a, b in zip(d3, m, strict=True))
+
+    def rhs(s: Any, u: Any, p: Any) -> list[Any]:
+        k1, tau = strains(u, p)
+        q = (u.q0, u.q1, u.q2, u.q3)
+        return [*quaternion_rate(q, k1, 0.0, tau), *director_components(*q)[2]]
+
+    def energy(s: Any, u: Any, p: Any) -> Any:
+        k1, tau = strains(u, p)
+        return (p.a * k1**2 + tau**2) / 2
+
+    return BVP(
+        rhs, _clamps, unknowns=REDUCED_UNKNOWNS,
+        parameters={"a": 0.625, "psi0": np.pi, "dL": 1.0, "dD": 0.0, **dict.fromkeys(CONSTANTS, 0.0)},
+        observables={"height": integral_of(lambda s, u, p: u.y), "energy": integral_of(energy),
+                     "end_force_z": end_value(lambda left, right, p: p.nz)},
+        scales={**dict.fromkeys(CONSTANTS[:3], FORCE_SCALE), **dict.fromkeys(CONSTANTS[3:], MOMENT_SCALE)},
+        name="perfectly anisotropic rod, reduced",
+    )  # fmt: skip
+
+
+def _clamps(left: Any, right: Any, p: Any) -> list[Any]:
+    """Both clamps: q(0) = (c, -s, c, s), q(1) = +/- (c, s, c, -s), X(0) = (0, 0, -dD), X(1) = (1 - dL, 0, 0)."""
+    c, s = np.cos(p.psi0 / 2) / np.sqrt(2.0), np.sin(p.psi0 / 2) / np.sqrt(2.0)
+    return [
+        left.q0 - c, left.q1 + s, left.q2 - c, left.q3 - s, left.x, left.y, left.z + p.dD,
+        right.x - (1 - p.dL), right.y, right.z,
+        *clamp_residual((right.q0, right.q1, right.q2, right.q3), (c, s, c, -s)),
+    ]  # fmt: skip
+
+
+def _end_force_z(left: Any, right: Any, p: Any) -> Any:
+    d1, d2, d3 = director_components(left.q0, left.q1, left.q2, left.q3)
+    return left.N1 * d1[2] + left.N2 * d2[2] + left.N3 * d3[2]
