@@ -221,7 +221,9 @@ class Walker:
 
 
 def settled(frame: Frame, options: TraceOptions, passes: int = 6) -> Frame:
-    """Adapt the mesh at one point until its size and error have settled."""
+    """Adapt the mesh at one point until its size and error have settled; the continuation parameter is held."""
+    name = frame.colloc.bvp.parameter_names[frame.colloc.free[0]]
+    value = float(frame.colloc.parameters(frame.x)[frame.colloc.free[0]])
     for _ in range(passes):
         before = len(frame.colloc.step)
         frame, _ = adapted(frame, options)
@@ -229,4 +231,5 @@ def settled(frame: Frame, options: TraceOptions, passes: int = 6) -> Frame:
             len(frame.colloc.step) == before and frame.error <= options.mesh.tolerance
         ):
             break
-    return with_tests(frame)
+    held = newton(frame.colloc, frame.x, [fixed(name, value)(frame.colloc)], options.newton)
+    return with_tests(replace(frame, x=held.state) if held.converged else frame)
