@@ -1,0 +1,33 @@
+"""Stability of a computed rod state: the Morse index of its solution."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from rodatlas.continuation import Solution
+from rodatlas.rods.conjugate_points import IndexResult, index_nodes, morse_index
+
+
+def index_of(solution: Solution, per_interval: int = 2) -> IndexResult:
+    """Morse index by conjugate points of a solution of the perfectly anisotropic rod.
+
+    Parameters
+    ----------
+    per_interval : steps of the Jacobi equation on each mesh interval.
+    """
+    s = index_nodes(solution.mesh, per_interval)
+    n1, n2, n3, m2, k1, tau = solution(s)[:, :6].T
+    zero = np.zeros_like(k1)
+    a = solution.parameter("a")
+    return morse_index(
+        s,
+        np.column_stack([n1, n2, n3]),
+        np.column_stack([a * k1, m2, tau]),
+        np.column_stack([k1, zero, tau]),
+        np.diag([1.0 / a, 0.0, 1.0]),
+    )
+
+
+def morse_index_of(solution: Solution) -> int:
+    """The index alone, as a branch walker wants it."""
+    return index_of(solution).index
