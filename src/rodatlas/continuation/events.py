@@ -80,12 +80,16 @@ def locate_events(segment: Segment, options: TraceOptions) -> list[Located]:
     return sorted(found, key=lambda item: item.fraction)
 
 
+def turns_at(special: SpecialPoint) -> bool:
+    """Whether the continuation parameter turns at a branch point along the branch walked: a pitchfork's side branch."""
+    return bool(special.directions) and abs(special.directions[0].scalars[0]) < 1e-3
+
+
 def _same_point(fold: Located, branch_point: Located) -> bool:
     """A pitchfork met along its side branch is a branch point at which the parameter turns: not a fold."""
     if not branch_point.special.directions:
         return abs(fold.fraction - branch_point.fraction) < 0.05
-    along = branch_point.special.directions[0]
-    return abs(along.scalars[0]) < 1e-3 or (
+    return turns_at(branch_point.special) or (
         fold.special.status is Status.BRACKETED and abs(fold.fraction - branch_point.fraction) < 0.05
     )
 
@@ -135,6 +139,7 @@ def _record(
         kind, segment.colloc.solution(found.state, segment.right.error), segment.start + fraction * segment.step,
         Status.CONVERGED if found.converged else Status.BRACKETED, (at[0], at[1]), tests, residual=found.residual,
         curvature=float(found.form[0, 0]) if kind == "fold" else float("nan"), directions=directions,
+        free=tuple(segment.colloc.bvp.parameter_names[i] for i in segment.colloc.free), scale=segment.colloc.scale,
     )  # fmt: skip
     return Located(special, fraction, spent)
 

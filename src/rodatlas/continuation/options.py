@@ -67,7 +67,7 @@ class TraceOptions:
     bounds: Mapping[str, tuple[float, float]] = field(default_factory=dict)
     zeros: Mapping[str, float] = field(default_factory=dict)
     locate: tuple[str, ...] = ("fold", "branch point")
-    index: Callable[[Solution], int] | None = None
+    index: Callable[[Solution], int | None] | None = None
     stop_at: Callable[[SpecialPoint, Point], bool] | None = None
     on_point: Callable[[Point], None] | None = None
     max_points: int = 1000

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+import os
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from enum import Enum
 from typing import TYPE_CHECKING, Any
@@ -15,7 +16,9 @@ from rodatlas.continuation.solution import Solution
 if TYPE_CHECKING:
     import pandas as pd
 
+    from rodatlas.continuation.collocation import Scale
     from rodatlas.continuation.linear import Columns
+    from rodatlas.continuation.newton import NewtonCode
 
 
 class EndReason(Enum):
@@ -39,7 +42,7 @@ class Status(Enum):
     BRACKETED = "bracketed"
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Point:
     """One computed point of a branch.
 
@@ -64,7 +67,7 @@ class Point:
     step: float = 0.0
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class SpecialPoint:
     """A fold, branch point or user zero, with the record of how it was found.
 
@@ -76,8 +79,9 @@ class SpecialPoint:
     tests : values of the test function at these points.
     index : index of the solution before and after, None when no index function was given.
     residual : size of the last Newton correction of the augmented system, scaled.
-    directions : tangents through a branch point: along this branch, and along the other one.
     curvature : for a fold, second derivative of the continuation parameter along the branch, scaled.
+    directions : tangents through a branch point: along this branch, and along the other one.
+    free, scale : free parameters and units that `directions` refer to.
     """
 
     kind: str
@@ -90,6 +94,8 @@ class SpecialPoint:
     residual: float = float("nan")
     curvature: float = float("nan")
     directions: tuple[Columns, ...] = field(default=(), repr=False)
+    free: tuple[str, ...] = ()
+    scale: Scale | None = field(default=None, repr=False)
 
     @property
     def label(self) -> str:
@@ -117,7 +123,7 @@ class Discrepancy:
         )
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Branch:
     """A curve of solutions in order of arclength.
 
@@ -128,6 +134,8 @@ class Branch:
     ends : reasons at the two ends; closed : whether the curve returned to its start.
     discrepancies : intervals that the bookkeeping could not explain.
     newton_iterations : total spent, location of special points included.
+    failures : why Newton last failed at an end whose reason is MIN_STEP, else None.
+    settings : the options of the run, as plain values.
     """
 
     free: tuple[str, ...]
@@ -136,6 +144,21 @@ class Branch:
     ends: tuple[EndReason, EndReason]
     discrepancies: tuple[Discrepancy, ...] = ()
     newton_iterations: int = 0
+    failures: tuple[NewtonCode | None, NewtonCode | None] = (None, None)
+    settings: Mapping[str, Any] = field(default_factory=dict)
+
+    def save(self, path: str | os.PathLike[str]) -> None:
+        """Write to an HDF5 file, which replaces an older one only when complete."""
+        from rodatlas.continuation.store import save_branch
+
+        save_branch(path, self)
+
+    @classmethod
+    def load(cls, path: str | os.PathLike[str]) -> Branch:
+        """Read what :meth:`save` wrote; ValueError when the file is damaged or holds something else."""
+        from rodatlas.continuation.store import load_branch
+
+        return load_branch(path)
 
     @property
     def closed(self) -> bool:

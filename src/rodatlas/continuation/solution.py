@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any
@@ -14,7 +15,7 @@ if TYPE_CHECKING:
     import pandas as pd
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Solution:
     """Piecewise polynomial solution: mesh, values at mesh and Gauss points, and all parameters.
 
@@ -91,6 +92,19 @@ class Solution:
         for key, value in values.items():
             parameters[self.parameter_names.index(key)] = value
         return replace(self, parameters=parameters)
+
+    def save(self, path: str | os.PathLike[str]) -> None:
+        """Write to an HDF5 file, which replaces an older one only when complete."""
+        from rodatlas.continuation.store import save_solution
+
+        save_solution(path, self)
+
+    @classmethod
+    def load(cls, path: str | os.PathLike[str]) -> Solution:
+        """Read what :meth:`save` wrote; ValueError when the file is damaged or holds something else."""
+        from rodatlas.continuation.store import load_solution
+
+        return load_solution(path)
 
     def to_frame(self) -> pd.DataFrame:
         """Mesh points and unknowns as a table."""

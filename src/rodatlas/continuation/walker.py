@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from rodatlas.continuation.collocation import Scale, add
-from rodatlas.continuation.events import Located, Segment, locate_events
+from rodatlas.continuation.events import Located, Segment, locate_events, turns_at
 from rodatlas.continuation.frame import Frame, adapted, with_tests
 from rodatlas.continuation.newton import NewtonCode, fixed, newton, plane
 from rodatlas.continuation.options import TraceOptions
@@ -150,12 +150,16 @@ class Walker:
     # -- bookkeeping ----------------------------------------------------------------------------------------------
 
     def _unexplained(self, last: Point, point: Point, events: list[Located]) -> Discrepancy | None:
-        """Each fold or branch point changes the index by one: compare."""
+        """Each fold or branch point changes the index by one: compare.
+
+        A pitchfork met along its side branch counts twice, because the branch also turns there.
+        """
         if last.index is None or point.index is None:
             return None
         kinds = tuple(e.special.kind for e in events if not e.special.kind.startswith("zero"))
         change = abs(point.index - last.index)
-        if change <= len(kinds) and (change - len(kinds)) % 2 == 0:
+        expected = len(kinds) + sum(turns_at(e.special) for e in events)
+        if change <= expected and (change - expected) % 2 == 0:
             return None
         name = point.solution.parameter_names[int(self.frame.colloc.free[0])]
         return Discrepancy(

@@ -52,7 +52,7 @@ STRETCH = 4.0
 # A step of length h turns a wave of wave number k by too little or too much by (hk)^7 / 100800, the error of the
 # diagonal Pade approximant: (m!)^2 / ((2m)! (2m+1)!) with m = 3. Amplitudes and couplings make the angle of L(1)
 # worse by a factor that stayed below this in 99 of 100 random rods.
-SAFETY = 30.0
+SAFETY = 100.0
 # An error of the angles above this (radians) means too coarse a mesh. A margin below the error, or below the
 # round-off of the fields, is degenerate.
 COARSE_ERROR = 0.1
@@ -76,7 +76,7 @@ class IndexResult:
     conjugate_points : ndarray, shape (index,)
         Where they are, in increasing order and as often as their multiplicity: middles of the steps that hold them.
     uncontrolled : int
-        Dimension of the end poses that no variation reaches to first order; 2 for a straight band, 1 for a straight
+        Dimension of the end poses that no variation reaches to first order; 3 for a straight band, 1 for a straight
         isotropic rod, otherwise 0. The index is then that of the form on the reachable part.
     angle_error : float
         Cautious estimate of the error of the angle behind `margin` [rad].

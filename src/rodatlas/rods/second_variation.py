@@ -1,82 +1,319 @@
-"""proto"""
+"""Morse index of a rod equilibrium from the second variation of its discretized energy.
+
+An independent check of `rodatlas.rods.conjugate_points`: slower, and nothing of the derivation is shared.
+
+The rod is cut into n segments of length h, with a unit quaternion q_i at each node. With the vector part of
+`conj(q_i) q_{i+1}` as a measure of strain, `kappa_i = (2/h) vec(conj(q_i) q_{i+1})`, minimize::
+
+    E = sum_i (h/2) (a kappa_1^2 + b kappa_2^2 + tau^2)_i - int f . X ds
+
+with both end quaternions fixed, `int d3 ds = X(1) - X(0)` by the trapezoidal rule, and kappa_2 = 0 in every segment
+if b is infinite. Strains and directors are quadratic in the quaternions, so all derivatives are elementary. The
+sampled state is first moved to the equilibrium of the discrete problem by Newton's method. The index is the number
+of negative eigenvalues of the Hessian of the Lagrangian on the null space of the linearized constraints, which is
+the negative inertia of the Karush-Kuhn-Tucker matrix less the rank of the constraints. Eigenvalues are divided by h,
+so that they converge to those of the second variation relative to `int |theta|^2 ds`, theta being the rotation of
+the sections. Their error is even in h; they are extrapolated from n, n/2 and n/4 segments.
+
+Sources: J. Nocedal and S. Wright, Numerical Optimization (2006), theorem 16.3 (inertia); P.-A. Absil, R. Mahony
+and R. Sepulchre (2008), section 5.5 (Hessian on a product of spheres).
+"""
+
 from __future__ import annotations
+
 from dataclasses import dataclass
+
 import numpy as np
-from scipy.interpolate import CubicHermiteSpline
-from scipy.linalg import null_space, eigvalsh
+import numpy.typing as npt
 
-# quaternion product matrices: conj(q) r = vec part bilinear q^T B_k r
-B = np.zeros((4, 4, 4))
-# conj(q) r: scalar q.r ; 
-B[0] = np.eye(4)
-# vec1: q0 r1 - q1 r0 - (q2 r3 - q3 r2)
-B[1][0,1]=1;B[1][1,0]=-1;B[1][2,3]=-1;B[1][3,2]=1
-B[2][0,2]=1;B[2][2,0]=-1;B[2][3,1]=-1;B[2][1,3]=1
-B[3][0,3]=1;B[3][3,0]=-1;B[3][1,2]=-1;B[3][2,1]=1
-T = np.zeros((3,4,4))
-T[0][1,3]=T[0][3,1]=T[0][0,2]=T[0][2,0]=1
-T[1][2,3]=T[1][3,2]=1; T[1][0,1]=T[1][1,0]=-1
-T[2]=np.diag([1,-1,-1,1])
+Array = npt.NDArray[np.float64]
 
-class P:
-    def __init__(s, q, chord, stiff, con, load=None):
-        s.q=q; s.n=len(q)-1; s.h=1/s.n; s.chord=chord; s.stiff=stiff; s.con=con
-        s.wt=np.full(s.n+1,s.h); s.wt[[0,-1]]*=.5
-    def system(s,q,lam,force):
-        n,h=s.n,s.h
-        E=np.zeros((n+1,4,n+1,4)); g=np.zeros((n+1,4))
-        v=2/h*np.einsum('kab,ia,ib->ik',B[1:],q[:-1],q[1:])
-        l=v*s.stiff
-        if s.con: l[:,1]=lam
-        dl=2/h*np.einsum('kab,ib->ika',B[1:],q[1:]); dr=2/h*np.einsum('kab,ia->ikb',B[1:],q[:-1])
-        g[:-1]+=h*np.einsum('ik,ika->ia',l,dl); g[1:]+=h*np.einsum('ik,ika->ia',l,dr)
-        i=np.arange(n)
-        E[i,:,i,:]+=h*np.einsum('k,ika,ikb->iab',s.stiff,dl,dl)
-        E[i+1,:,i+1,:]+=h*np.einsum('k,ika,ikb->iab',s.stiff,dr,dr)
-        c=h*(np.einsum('k,ika,ikb->iab',s.stiff,dl,dr)+2/h*np.einsum('ik,kab->iab',l,B[1:]))
-        E[i,:,i+1,:]+=c; E[i+1,:,i,:]+=c.transpose(0,2,1)
-        j=np.arange(n+1)
-        Tf=np.einsum('k,kab->ab',force,T)
-        g+=2*s.wt[:,None]*q@Tf
-        E[j,:,j,:]+=2*s.wt[:,None,None]*Tf
-        d=np.einsum('kab,ia,ib->ik',T,q,q)
-        res=[s.wt@d-s.chord]
-        J=[2*np.einsum('i,kab,ib->kia',s.wt,T,q)]
-        if s.con:
-            res.append(h*v[:,1]); R=np.zeros((n,n+1,4)); R[i,i]=h*dl[:,1]; R[i,i+1]=h*dr[:,1]; J.append(R)
-        J=np.concatenate(J); res=np.concatenate(res)
-        E[j,:,j,:]-=np.einsum('ia,ia->i',g,q)[:,None,None]*np.eye(4)
-        # tangent basis: q o (0,e_k) /2
-        Z=np.stack([-B[k].T@q.T for k in (1,2,3)],0) if 0 else np.einsum('kab,ia->ikb',B[1:],q) # conj? check below
-        Z=Z/2
-        inner=slice(1,n)
-        H=np.einsum('ika,iajb,jlb->ikjl',Z[inner],E[inner,:,inner,:],Z[inner],optimize=True).reshape(3*(n-1),-1)
-        G=np.einsum('ika,ia->ik',Z[inner],g[inner]).ravel()
-        Jt=np.einsum('cia,ika->cik',J[:,inner],Z[inner]).reshape(len(J),-1)
-        return H,G,Jt,res,Z
+# vec(conj(q) r)_k = q . PRODUCT[k] r for quaternions q, r.
+PRODUCT = np.array(
+    [
+        [[0, 1, 0, 0], [-1, 0, 0, 0], [0, 0, 0, -1], [0, 0, 1, 0]],
+        [[0, 0, 1, 0], [0, 0, 0, 1], [-1, 0, 0, 0], [0, -1, 0, 0]],
+        [[0, 0, 0, 1], [0, 0, -1, 0], [0, 1, 0, 0], [-1, 0, 0, 0]],
+    ],
+    dtype=np.float64,
+)
+# d3_k = q . TANGENT[k] q.
+TANGENT = np.array(
+    [
+        [[0, 0, 1, 0], [0, 0, 0, 1], [1, 0, 0, 0], [0, 1, 0, 0]],
+        [[0, -1, 0, 0], [-1, 0, 0, 0], [0, 0, 0, 1], [0, 0, 1, 0]],
+        [[1, 0, 0, 0], [0, -1, 0, 0], [0, 0, -1, 0], [0, 0, 0, 1]],
+    ],
+    dtype=np.float64,
+)
+# Newton stops at the first residual and is believed up to the second: forces of order 1000 round off in between.
+NEWTON_TOLERANCE = 1e-9
+CONVERGED = 1e-6
+MAX_NEWTON = 15
+# A discrete equilibrium further than this from the sampled state (chord of the quaternions) is another one.
+MAX_DEPARTURE = 0.1
+COARSE_DEPARTURE = 0.5
+# Singular values of the constraints below this fraction of the largest count as zero.
+RANK_TOLERANCE = 1e-9
 
-def solve(s,q,strain,a,pos,b=None,segments=100,iters=12):
-    q=q.copy()
-    for i in range(1,len(q)):
-        if q[i]@q[i-1]<0: q[i]*=-1
-    k1,k2,t=strain.T; q0,q1,q2,q3=q.T
-    dq=np.stack([-q1*k1-q2*k2-q3*t,q0*k1-q3*k2+q2*t,q3*k1+q0*k2-q1*t,-q2*k1+q1*k2+q0*t],1)/2
-    nodes=np.linspace(0,1,segments+1)
-    Q=CubicHermiteSpline(s,q,dq)(nodes); Q/=np.linalg.norm(Q,axis=1)[:,None]
-    p=P(Q,pos[-1]-pos[0],np.array([a,b or 0.,1.]),b is None)
-    Q0=Q.copy()
-    H,G,J,r,Z=p.system(Q,np.zeros(segments),np.zeros(3))
-    mult=np.linalg.lstsq(J.T,-G,rcond=None)[0]
-    for it in range(iters):
-        H,G,J,r,Z=p.system(Q,mult[3:],mult[:3])
-        grad=G
-        m=len(mult)
-        K=np.block([[H,J.T],[J,np.zeros((m,m))]])
-        step=np.linalg.lstsq(K,-np.r_[grad,r],rcond=1e-12)[0] if 0 else np.linalg.solve(K,-np.r_[grad,r])
-        ph=step[:len(G)].reshape(-1,3); mult=mult+step[len(G):]
-        Q[1:-1]+=np.einsum('ik,ikb->ib',ph,Z[1:-1]); Q/=np.linalg.norm(Q,axis=1)[:,None]
-        if np.abs(np.r_[grad,r]).max()<1e-11: break
-    N=null_space(J)
-    w=np.linalg.eigvalsh(N.T@H@N)*segments
-    k=np.linalg.eigvalsh(K)
-    return (w<0).sum(), w[:3], (k<0).sum()-np.linalg.matrix_rank(J), it, np.abs(Q-Q0).max(), mult[:3]
+
+@dataclass(frozen=True)
+class SecondVariationResult:
+    """Morse index of a discretized rod.
+
+    Attributes
+    ----------
+    index : int
+        Number of negative eigenvalues of the second variation; -1 if no discrete equilibrium was found.
+    eigenvalues : ndarray, shape (m,)
+        Its lowest eigenvalues, extrapolated to n = infinity [GJ/L^2], in increasing order.
+    smallest : float
+        The one nearest to zero.
+    error : float
+        The last correction of the extrapolation to it.
+    departure : float
+        Largest distance between sampled and discrete quaternions.
+    rank_deficiency : int
+        Number of end conditions that the others imply to first order (a straight rod), otherwise 0.
+    trusted : bool
+        Whether nothing speaks against the index.
+    reason : str
+        What does; empty if `trusted`.
+    """
+
+    index: int
+    eigenvalues: Array
+    smallest: float
+    error: float
+    departure: float
+    rank_deficiency: int
+    trusted: bool
+    reason: str
+
+    def __repr__(self) -> str:
+        note = "" if self.trusted else f", not trusted: {self.reason}"
+        return f"SecondVariationResult(index={self.index}, smallest={self.smallest:.3g}{note})"
+
+
+@dataclass(frozen=True)
+class _Rod:
+    """What does not change in Newton's method: stiffness (3,), chord (3,), load (3,), and whether kappa_2 = 0."""
+
+    stiffness: Array
+    chord: Array
+    load: Array
+    unbendable: bool
+
+
+def _strains(q: Array) -> tuple[Array, Array, Array]:
+    """Strains (n, 3) and their derivatives (n, 3, 4) with respect to the left and the right quaternion."""
+    factor = 2.0 * (len(q) - 1)
+    left = factor * np.einsum("kab,ib->ika", PRODUCT, q[1:])
+    right = factor * np.einsum("kab,ia->ikb", PRODUCT, q[:-1])
+    return np.einsum("ika,ia->ik", left, q[:-1]), left, right
+
+
+def _trapezoid(n: int) -> Array:
+    """Weights (n + 1,) of the trapezoidal rule on [0, 1]."""
+    weights = np.full(n + 1, 1.0 / n)
+    weights[[0, -1]] *= 0.5
+    return weights
+
+
+def _constraints(q: Array, rod: _Rod) -> tuple[Array, Array]:
+    """Values (m,) and Jacobian (m, n + 1, 4) of the constraints: chord (three), then kappa_2 of each segment."""
+    n = len(q) - 1
+    weights = _trapezoid(n)
+    slope = 2.0 * np.einsum("i,kab,ib->kia", weights, TANGENT, q)
+    values = [0.5 * np.einsum("kia,ia->k", slope, q) - rod.chord]
+    rows = [slope]
+    if rod.unbendable:
+        strain, left, right = _strains(q)
+        segment = np.arange(n)
+        row = np.zeros((n, n + 1, 4))
+        row[segment, segment] = left[:, 1] / n
+        row[segment, segment + 1] = right[:, 1] / n
+        values.append(strain[:, 1] / n)
+        rows.append(row)
+    return np.concatenate(values), np.concatenate(rows)
+
+
+def _lagrangian(q: Array, multipliers: Array, rod: _Rod) -> tuple[Array, Array]:
+    """Gradient (n + 1, 4) and Hessian (n + 1, 4, n + 1, 4) of `E + multipliers . constraints` in the quaternions."""
+    n = len(q) - 1
+    h, segment, node = 1.0 / n, np.arange(n), np.arange(n + 1)
+    strain, left, right = _strains(q)
+    moment = strain * rod.stiffness
+    if rod.unbendable:
+        moment[:, 1] = multipliers[3:]
+    gradient = np.zeros((n + 1, 4))
+    gradient[:-1] += h * np.einsum("ik,ika->ia", moment, left)
+    gradient[1:] += h * np.einsum("ik,ika->ia", moment, right)
+    hessian = np.zeros((n + 1, 4, n + 1, 4))
+    hessian[segment, :, segment, :] += h * np.einsum("k,ika,ikb->iab", rod.stiffness, left, left)
+    hessian[segment + 1, :, segment + 1, :] += h * np.einsum("k,ika,ikb->iab", rod.stiffness, right, right)
+    cross = h * np.einsum("k,ika,ikb->iab", rod.stiffness, left, right)
+    cross += 2.0 * np.einsum("ik,kab->iab", moment, PRODUCT)
+    hessian[segment, :, segment + 1, :] += cross
+    hessian[segment + 1, :, segment, :] += cross.transpose(0, 2, 1)
+    # int X ds = X(0) + int (1 - s) d3 ds, so the load acts on d3 with the lever 1 - s.
+    pull = multipliers[:3] - (1.0 - node / n)[:, None] * rod.load
+    curvature = 2.0 * np.einsum("i,ik,kab->iab", _trapezoid(n), pull, TANGENT)
+    gradient += np.einsum("iab,ib->ia", curvature, q)
+    hessian[node, :, node, :] += curvature
+    return gradient, hessian
+
+
+def _reduced(q: Array, multipliers: Array, rod: _Rod) -> tuple[Array, Array, Array, Array, Array]:
+    """The problem in rotations of the inner nodes: gradient (N,), Hessian (N, N), values (m,), Jacobian (m, N), basis.
+
+    A rotation `theta` moves q by q o (0, theta) / 2, whose basis (n - 1, 3, 4) is returned too. On the unit sphere
+    the Hessian gains minus the radial part of the gradient.
+    """
+    size = 3 * (len(q) - 2)
+    gradient, hessian = _lagrangian(q, multipliers, rod)
+    node = np.arange(len(q))
+    radial = np.einsum("ia,ia->i", gradient, q)
+    hessian[node, :, node, :] -= radial[:, None, None] * np.eye(4)
+    basis = 0.5 * np.einsum("kab,ia->ikb", PRODUCT, q[1:-1])
+    half = np.einsum("ika,iajb->ikjb", basis, hessian[1:-1, :, 1:-1])
+    matrix = np.einsum("ikjb,jlb->ikjl", half, basis).reshape(size, size)
+    values, jacobian = _constraints(q, rod)
+    rows = np.einsum("cia,ika->cik", jacobian[:, 1:-1], basis).reshape(len(values), size)
+    return np.einsum("ika,ia->ik", basis, gradient[1:-1]).ravel(), matrix, values, rows, basis
+
+
+def _split(jacobian: Array) -> tuple[Array, Array, int]:
+    """Pseudo-inverse (N, m), orthonormal basis (N, k) of the null space, and rank deficiency of the constraints."""
+    u, sizes, v = np.linalg.svd(jacobian)
+    rank = int(np.sum(sizes > RANK_TOLERANCE * sizes[0]))
+    inverse: Array = v[:rank].T @ (u[:, :rank] / sizes[:rank]).T
+    return inverse, v[rank:].T, len(sizes) - rank
+
+
+def _discrete_spectrum(q: Array, rod: _Rod, pull: Array) -> tuple[Array, float, int, float]:
+    """Eigenvalues at the discrete equilibrium near `q` (n + 1, 4), residual, rank deficiency and departure.
+
+    Newton's method; multipliers that the constraints leave free (of a straight rod) stay as `pull` (3,) has them.
+    """
+    n = len(q) - 1
+    start = q
+    multipliers = np.zeros(3 + n if rod.unbendable else 3)
+    multipliers[:3] = pull
+    residual = np.inf
+    for _ in range(MAX_NEWTON):
+        gradient, hessian, values, jacobian, basis = _reduced(q, multipliers, rod)
+        inverse, null, deficiency = _split(jacobian)
+        if residual == np.inf:
+            correction = inverse.T @ gradient
+            multipliers -= correction
+            gradient, hessian, values, jacobian, basis = _reduced(q, multipliers, rod)
+        previous, residual = residual, float(max(np.abs(gradient).max(), np.abs(values).max()))
+        on_null = null.T @ hessian @ null
+        if residual < NEWTON_TOLERANCE or not residual < 1e3 * previous:
+            break
+        step = -inverse @ values
+        step -= null @ np.linalg.lstsq(on_null, null.T @ (gradient + hessian @ step), rcond=1e-13)[0]
+        multipliers -= inverse.T @ (gradient + hessian @ step)
+        moved = q.copy()
+        moved[1:-1] += np.einsum("ik,ika->ia", step.reshape(-1, 3), basis)
+        q = moved / np.linalg.norm(moved, axis=1)[:, None]
+    return n * np.linalg.eigvalsh(on_null), residual, deficiency, float(np.abs(q - start).max())
+
+
+def _resample(s: Array, quaternion: Array, strain: Array, n: int) -> Array:
+    """Unit quaternions (n + 1, 4) at equal spacing: cubic Hermite interpolation with q' from the strain."""
+    from scipy.interpolate import CubicHermiteSpline
+
+    flips = np.where(np.einsum("ia,ia->i", quaternion[:-1], quaternion[1:]) < 0.0, -1.0, 1.0)
+    q = quaternion * np.cumprod(np.append(1.0, flips))[:, None]
+    # q' = q o (0, strain) / 2, and q . PRODUCT[k] r = r . (q o e_k).
+    slope = 0.5 * np.einsum("kab,ia,ik->ib", PRODUCT, q, strain)
+    nodes = CubicHermiteSpline(s, q, slope)(np.linspace(0.0, 1.0, n + 1))
+    unit: Array = nodes / np.linalg.norm(nodes, axis=1)[:, None]
+    return unit
+
+
+def _space_force(q: Array, force: Array) -> Array:
+    """The space components of `force` (3,), given in the directors of the unit quaternion `q` (4,)."""
+    scalar, vector = q[0], q[1:]
+    turned: Array = force + 2.0 * np.cross(vector, np.cross(vector, force) + scalar * force)
+    return turned
+
+
+def second_variation_index(
+    s: npt.ArrayLike,
+    quaternion: npt.ArrayLike,
+    position: npt.ArrayLike,
+    strain: npt.ArrayLike,
+    a: float,
+    b: float | None = None,
+    *,
+    force: npt.ArrayLike | None = None,
+    load: npt.ArrayLike = (0.0, 0.0, 0.0),
+    segments: int = 100,
+) -> SecondVariationResult:
+    """Morse index of the equilibrium of a rod clamped at both ends, by the inertia of its second variation.
+
+    Parameters
+    ----------
+    s : array_like, shape (K,)
+        Increasing, from 0 to 1.
+    quaternion, position, strain : array_like, shapes (K, 4), (K, 3), (K, 3)
+        The state at `s`; strain = (k1, k2, tau). Of the positions only the ends matter.
+    a, b : float
+        Bending stiffnesses of k1 and k2 [GJ]; None stands for infinite (the perfectly anisotropic rod).
+    force : array_like, shape (3,), optional
+        Body components at s = 0 [GJ/L^2]. Needed for a straight rod only, whose shape does not determine it.
+    load : array_like, shape (3,)
+        Dead load per length f, in space [GJ/L^3]: N' = -f.
+    segments : int
+        Finest discretization, a multiple of 4. Twenty per wave length are ample.
+
+    Returns
+    -------
+    SecondVariationResult
+
+    Raises
+    ------
+    ValueError
+        If a shape or a number is not as described.
+    """
+    s, q = np.asarray(s, np.float64), np.asarray(quaternion, np.float64)
+    x, w = np.asarray(position, np.float64), np.asarray(strain, np.float64)
+    if s.ndim != 1 or s.size < 2 or s[0] != 0.0 or s[-1] != 1.0 or np.any(np.diff(s) <= 0.0):
+        raise ValueError("s: expected an increasing sequence from 0 to 1")
+    for name, field, width in (("quaternion", q, 4), ("position", x, 3), ("strain", w, 3)):
+        if field.shape != (s.size, width) or not np.all(np.isfinite(field)):
+            raise ValueError(f"{name}: expected finite numbers of shape ({s.size}, {width}), got {field.shape}")
+    if segments % 4 or segments < 16:
+        raise ValueError(f"segments: expected a multiple of 4, at least 16, got {segments}")
+    f = np.asarray(load, np.float64)
+    rod = _Rod(np.array([a, 0.0 if b is None else b, 1.0]), x[-1] - x[0], f, b is None)
+    start = np.zeros(3) if force is None else _space_force(q[0], np.asarray(force, np.float64))
+    # The multiplier of the chord is -N(1) = f - N(0).
+    levels = []
+    for n in (segments // 4, segments // 2, segments):
+        levels.append(_discrete_spectrum(_resample(s, q, w, n), rod, f - start))
+    return _extrapolated(levels)
+
+
+def _extrapolated(levels: list[tuple[Array, float, int, float]]) -> SecondVariationResult:
+    """Richardson's extrapolation of the eigenvalues (errors h^2, h^4) and the verdict on them."""
+    coarse, medium, fine = (level[0] for level in levels)
+    residual, departure, deficiency = levels[-1][1], levels[-1][3], levels[-1][2]
+    keep = coarse.size
+    second, fourth = (4.0 * medium[:keep] - coarse) / 3.0, (4.0 * fine[:keep] - medium[:keep]) / 3.0
+    values = np.sort((16.0 * fourth - second) / 15.0)
+    nearest = int(np.argmin(np.abs(values)))
+    smallest, error = float(values[nearest]), float(np.abs(values - np.sort(fourth))[nearest])
+    index, reason = int(np.sum(values < 0.0)), ""
+    if not (residual < CONVERGED and departure < MAX_DEPARTURE):
+        index, reason = -1, "No equilibrium of the discrete rod is near the sampled state: use more segments."
+    elif max(level[1] for level in levels) > CONVERGED or max(level[3] for level in levels) > COARSE_DEPARTURE:
+        index, reason = int(np.sum(fine < 0.0)), "The coarse meshes are too coarse to extrapolate: use more segments."
+    elif abs(smallest) < error:
+        reason = "An eigenvalue is zero to within its error: a fold or branch point is near; use more segments."
+    elif deficiency:
+        reason = f"The end conditions lose rank {deficiency} (a straight rod): not a regular state."
+    return SecondVariationResult(index, values[:8], smallest, error, departure, deficiency, not reason, reason)

@@ -28,6 +28,7 @@ def index_of(solution: Solution, per_interval: int = 2) -> IndexResult:
     )
 
 
-def morse_index_of(solution: Solution) -> int:
-    """The index alone, as a branch walker wants it."""
-    return index_of(solution).index
+def morse_index_of(solution: Solution) -> int | None:
+    """The index alone, as a branch walker wants it; None where it could not be counted."""
+    index = index_of(solution).index
+    return index if index >= 0 else None

@@ -1,0 +1,79 @@
+"""The numbers 3 to 18 of bifurcations in the paper, given by what each one does.
+
+A number follows from the named state that ends at the bifurcation, or from the place of the bifurcation next to a
+numbered one on the same branch: see the table below and :func:`number_neighbours`. Bifurcations of states that the
+paper does not number have none.
+"""
+
+from __future__ import annotations
+
+from rodatlas.continuation import Branch, SpecialPoint
+
+# (name of the state, which end of it, kind of bifurcation) -> number
+ENDS = {
+    ("W", "high", "pitchfork"): 3,
+    ("U", "high", "pitchfork"): 4,
+    ("WS+-", "high", "fold"): 5,
+    ("w", "high", "fold"): 6,
+    ("U", "high", "fold"): 6,
+    ("w", "low", "fold"): 7,
+    ("w", "low", "pitchfork"): 9,
+    ("uUui", "low", "pitchfork"): 10,
+    ("uUu", "low", "pitchfork"): 11,
+    ("US+-", "low", "fold"): 12,
+    ("uUui", "high", "fold"): 14,
+    ("uUu", "high", "pitchfork"): 15,
+    ("uUu", "high", "fold"): 16,
+    ("US+-", "high", "fold"): 17,
+}
+
+# number -> what the next bifurcations on the unstable side are, by kind
+NEIGHBOURS = {
+    6: {"branch point": 8},
+    14: {"branch point": 8},
+    7: {"branch point": 9, "fold": 18},
+    11: {"fold": 13},
+    15: {"fold": 16},
+}
+STOP = {3, 4}
+
+
+def number_neighbours(branch: Branch, known: dict[int, int]) -> dict[int, int]:
+    """Numbers of special points that follow from their neighbours.
+
+    Parameters
+    ----------
+    known : position in `branch.special` -> number, from the states that end there.
+
+    Returns
+    -------
+    the same mapping with the neighbours added.
+    """
+    numbers = dict(known)
+    for at, number in known.items():
+        for kind, given in NEIGHBOURS.get(number, {}).items():
+            step = _unstable_side(branch.special[at])
+            if step == 0:
+                continue
+            found = _next(branch, at, step, kind, numbers)
+            if found is not None and given not in numbers.values():
+                numbers[found] = given
+    return numbers
+
+
+def _unstable_side(special: SpecialPoint) -> int:
+    """+1 or -1: the direction along the branch in which the index grows."""
+    before, after = special.index
+    if before is None or after is None or before == after:
+        return 0
+    return 1 if after > before else -1
+
+
+def _next(branch: Branch, at: int, step: int, kind: str, numbers: dict[int, int]) -> int | None:
+    """Position of the first special point of a kind, at most two away and not past another numbered end."""
+    for i in range(at + step, at + 3 * step, step):
+        if not 0 <= i < len(branch.special) or numbers.get(i) in STOP or numbers.get(i, 0) in (4, 10, 11):
+            return None
+        if branch.special[i].kind == kind and i not in numbers:
+            return i
+    return None

@@ -1,0 +1,80 @@
+"""Stable stretches of branches and what bounds them."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from rodatlas.atlas.follow import Followed
+from rodatlas.continuation import Branch, EndReason, Point, Solution, SpecialPoint
+
+
+@dataclass(frozen=True)
+class Bound:
+    """One end of a stable stretch: a special point of the branch, its origin, or the end of the range.
+
+    `kind` is 'fold', 'branch point', 'range' or 'smooth'; `special` is None for the latter two.
+    """
+
+    kind: str
+    solution: Solution
+    arclength: float
+    special: SpecialPoint | None = None
+
+
+@dataclass(frozen=True)
+class Segment:
+    """A maximal stretch of a branch on which the index is zero, oriented so that the shear increases on the whole.
+
+    `points` lie strictly inside; `low` and `high` are its ends.
+    """
+
+    followed: Followed
+    points: tuple[Point, ...]
+    low: Bound
+    high: Bound
+
+    @property
+    def solutions(self) -> list[Solution]:
+        """All solutions from end to end."""
+        return [self.low.solution, *[p.solution for p in self.points], self.high.solution]
+
+
+def stable_segments(followed: Followed, origin: SpecialPoint | None) -> list[Segment]:
+    """Stable segments of a branch in order; `origin` is the branch point at which a side branch starts."""
+    branch = followed.branch
+    segments = []
+    run: list[int] = []
+    for i, point in enumerate(branch.points):
+        if point.index == 0:
+            run.append(i)
+        if run and (point.index != 0 or i == len(branch.points) - 1):
+            segments.append(_segment(followed, run, origin))
+            run = []
+    return segments
+
+
+def _segment(followed: Followed, run: list[int], origin: SpecialPoint | None) -> Segment:
+    points = followed.branch.points
+    before = _bound(followed.branch, run[0], -1, origin)
+    after = _bound(followed.branch, run[-1], +1, origin)
+    inner = [points[i] for i in run if before.arclength < points[i].arclength < after.arclength]
+    if after.solution["dD"] < before.solution["dD"]:
+        return Segment(followed, tuple(reversed(inner)), after, before)
+    return Segment(followed, tuple(inner), before, after)
+
+
+def _bound(branch: Branch, at: int, side: int, origin: SpecialPoint | None) -> Bound:
+    """What lies beyond point `at` in one direction (side -1 or +1)."""
+    here = branch.points[at]
+    beyond = at + side
+    last = beyond if 0 <= beyond < len(branch.points) else at
+    low, high = sorted((here.arclength, branch.points[last].arclength))
+    inside = [x for x in branch.special if low <= x.arclength <= high and x.kind in ("fold", "branch point")]
+    if inside:
+        first = min(inside, key=lambda x: abs(x.arclength - here.arclength))
+        return Bound(first.kind, first.solution, first.arclength, first)
+    edge = branch.points[last]
+    starts_at_origin = side < 0 and last == 0 and branch.ends[0] is EndReason.BRANCH_POINT
+    if starts_at_origin and origin is not None:
+        return Bound("branch point", origin.solution, edge.arclength, origin)
+    return Bound("range", edge.solution, edge.arclength)

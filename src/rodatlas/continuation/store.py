@@ -1,0 +1,337 @@
+"""Solutions and branches in HDF5 files: one object a file, replaced atomically, checked when read.
+
+Layout of a branch file (S solutions with N_i intervals of m Gauss points, n unknowns)::
+
+    /            schema, version, settings (JSON), free, ends, failures, newton_iterations
+    /points      arclength, tangent, fold_test, branch_test, index, iterations, step  (S, ...)
+    /points/solutions    offsets (S+1,) of intervals; mesh, values (sum N_i + S, n), stages (sum N_i, m, n),
+                         parameters (S, np), error (S,), observables (S, no); names as attributes
+    /special     kind, status, arclength, bracket, tests, index, residual, curvature; solutions; directions
+    /discrepancies
+
+Meshes differ in size from point to point, so they lie end to end and `offsets` tells them apart.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import uuid
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from rodatlas.continuation.collocation import Scale
+from rodatlas.continuation.linear import Columns
+from rodatlas.continuation.newton import NewtonCode
+from rodatlas.continuation.results import Branch, Discrepancy, EndReason, Point, SpecialPoint, Status
+from rodatlas.continuation.solution import Solution
+
+if TYPE_CHECKING:
+    import h5py
+
+VERSION = 1
+NO_INDEX = np.iinfo(np.int64).min
+
+
+@contextmanager
+def atomic_hdf5(path: str | os.PathLike[str], schema: str, version: int = VERSION) -> Iterator[h5py.File]:
+    """An HDF5 file open for writing that appears under its name only when it is complete and on disk.
+
+    It is written under another name in the same folder, flushed, synced and renamed; after an exception or a kill
+    the file that was there before is untouched.
+
+    Raises
+    ------
+    ValueError
+        when the folder does not exist.
+    """
+    import h5py
+
+    path = Path(path)
+    if not path.parent.is_dir():
+        raise ValueError(f"{path}: expected a file in an existing folder, got the missing folder {path.parent}")
+    partial = path.with_name(f".{path.name}.{uuid.uuid4().hex[:12]}.partial")
+    try:
+        with h5py.File(partial, "x") as file:
+            file.attrs["schema"] = schema
+            file.attrs["version"] = version
+            yield file
+        _sync(partial)
+        os.replace(partial, path)
+        _sync(path.parent)
+    finally:
+        partial.unlink(missing_ok=True)
+
+
+@contextmanager
+def checked_hdf5(path: str | os.PathLike[str], schema: str, version: int = VERSION) -> Iterator[h5py.File]:
+    """An HDF5 file open for reading, whose schema and version this code understands.
+
+    Raises
+    ------
+    FileNotFoundError
+    ValueError
+        when the file is damaged, holds something else, or comes from a newer version; it names the file, what was
+        expected and what came.
+    """
+    import h5py
+
+    if not Path(path).exists():
+        raise FileNotFoundError(f"{path}: no such file")
+    expected = f"{path}: expected a '{schema}' file of version {version} or older, got"
+    try:
+        with h5py.File(path, "r") as file:
+            found, number = _text(file.attrs.get("schema", "")), file.attrs.get("version", None)
+            if found != schema:
+                raise ValueError(f"{expected} {f'schema {found!r}' if found else 'an HDF5 file without a schema'}")
+            if not isinstance(number, (int, np.integer)) or number > version:
+                raise ValueError(f"{expected} version {number}: update rodatlas to read it")
+            yield file
+    except (OSError, KeyError, IndexError, TypeError, RuntimeError) as error:
+        detail = str(error).strip("'\"") or type(error).__name__
+        raise ValueError(f"{expected} a damaged file ({detail})") from error
+
+
+def save_solution(path: str | os.PathLike[str], solution: Solution) -> None:
+    """Write one solution to a file of its own."""
+    with atomic_hdf5(path, "rodatlas/solution") as file:
+        write_solutions(file, [solution])
+
+
+def load_solution(path: str | os.PathLike[str]) -> Solution:
+    """Read what :func:`save_solution` wrote."""
+    with checked_hdf5(path, "rodatlas/solution") as file:
+        return read_solutions(file)[0]
+
+
+def save_branch(path: str | os.PathLike[str], branch: Branch) -> None:
+    """Write one branch to a file of its own."""
+    with atomic_hdf5(path, "rodatlas/branch") as file:
+        write_branch(file, branch)
+
+
+def load_branch(path: str | os.PathLike[str]) -> Branch:
+    """Read what :func:`save_branch` wrote."""
+    with checked_hdf5(path, "rodatlas/branch") as file:
+        return read_branch(file)
+
+
+# -- solutions --------------------------------------------------------------------------------------------------------
+
+
+def write_solutions(group: h5py.Group, solutions: Sequence[Solution]) -> None:
+    """Write solutions of one problem, with equally many Gauss points, end to end."""
+    if len({(s.unknowns, s.parameter_names, s.points) for s in solutions}) > 1:
+        raise ValueError("solutions: expected one problem and one number of Gauss points, got several")
+    observables = tuple(solutions[0].observables) if solutions else ()
+    group.attrs["unknowns"] = _names(solutions[0].unknowns if solutions else ())
+    group.attrs["parameter_names"] = _names(solutions[0].parameter_names if solutions else ())
+    group.attrs["observable_names"] = _names(observables)
+    _put(group, "offsets", np.concatenate([[0], np.cumsum([s.intervals for s in solutions])]).astype(np.int64))
+    if not solutions:
+        return
+    _put(group, "mesh", np.concatenate([s.mesh for s in solutions]))
+    _put(group, "values", np.concatenate([s.values for s in solutions]))
+    _put(group, "stages", np.concatenate([s.stages for s in solutions]))
+    _put(group, "parameters", np.array([s.parameters for s in solutions]))
+    _put(group, "error", np.array([s.error for s in solutions]))
+    _put(group, "observables", np.array([[s.observables[k] for k in observables] for s in solutions]))
+
+
+def read_solutions(group: h5py.Group) -> list[Solution]:
+    """Read what :func:`write_solutions` wrote."""
+    unknowns, parameters, names = (_tuple(group, k) for k in ("unknowns", "parameter_names", "observable_names"))
+    offsets = group["offsets"][()]
+    count = len(offsets) - 1
+    if count == 0:
+        return []
+    total, n = int(offsets[-1]), len(unknowns)
+    mesh, values = _get(group, "mesh", (total + count,)), _get(group, "values", (total + count, n))
+    stages = _get(group, "stages", (total, None, n))
+    numbers = _get(group, "parameters", (count, len(parameters)))
+    error, seen = _get(group, "error", (count,)), _get(group, "observables", (count, len(names)))
+    found = []
+    for i, (a, b) in enumerate(zip(offsets[:-1].tolist(), offsets[1:].tolist(), strict=True)):
+        at = slice(a + i, b + i + 1)
+        found.append(
+            Solution(unknowns, parameters, mesh[at], values[at], stages[a:b], numbers[i], float(error[i]),
+                     dict(zip(names, seen[i].tolist(), strict=True)))
+        )  # fmt: skip
+    return found
+
+
+# -- branches ---------------------------------------------------------------------------------------------------------
+
+
+def write_branch(group: h5py.Group, branch: Branch) -> None:
+    """Write a branch into a group of an open file."""
+    group.attrs["free"] = _names(branch.free)
+    group.attrs["ends"] = _names([reason.name for reason in branch.ends])
+    group.attrs["failures"] = _names([code.name if code else "" for code in branch.failures])
+    group.attrs["newton_iterations"] = branch.newton_iterations
+    group.attrs["settings"] = json.dumps(dict(branch.settings))
+    _write_points(group.create_group("points"), branch.points)
+    _write_special(group.create_group("special"), branch.special)
+    _write_discrepancies(group.create_group("discrepancies"), branch.discrepancies)
+
+
+def read_branch(group: h5py.Group) -> Branch:
+    """Read what :func:`write_branch` wrote."""
+    ends = _tuple(group, "ends")
+    failures = [NewtonCode[name] if name else None for name in _tuple(group, "failures")]
+    return Branch(
+        _tuple(group, "free"), _read_points(group["points"]), _read_special(group["special"]),
+        (EndReason[ends[0]], EndReason[ends[1]]), _read_discrepancies(group["discrepancies"]),
+        int(group.attrs["newton_iterations"]), (failures[0], failures[1]), json.loads(group.attrs["settings"]),
+    )  # fmt: skip
+
+
+_POINT_NUMBERS = ("arclength", "fold_test", "branch_test", "step")
+
+
+def _write_points(group: h5py.Group, points: Sequence[Point]) -> None:
+    write_solutions(group.create_group("solutions"), [p.solution for p in points])
+    for key in _POINT_NUMBERS:
+        _put(group, key, np.array([getattr(p, key) for p in points], float))
+    _put(group, "tangent", np.array([p.tangent for p in points], float))
+    _put(group, "index", _indices([p.index for p in points]))
+    _put(group, "iterations", np.array([p.iterations for p in points], np.int64))
+
+
+def _read_points(group: h5py.Group) -> tuple[Point, ...]:
+    solutions = read_solutions(group["solutions"])
+    count = (len(solutions),)
+    arclength, fold, branch, step = (_get(group, key, count).tolist() for key in _POINT_NUMBERS)
+    tangent = _get(group, "tangent", (len(solutions), None))
+    index, iterations = _optional(_get(group, "index", count)), _get(group, "iterations", count).tolist()
+    return tuple(map(Point, solutions, arclength, tangent, fold, branch, index, iterations, step))
+
+
+def _write_special(group: h5py.Group, special: Sequence[SpecialPoint]) -> None:
+    write_solutions(group.create_group("solutions"), [x.solution for x in special])
+    group.attrs["kind"] = _names([x.kind for x in special])
+    group.attrs["status"] = _names([x.status.name for x in special])
+    for key in ("arclength", "residual", "curvature"):
+        _put(group, key, np.array([getattr(x, key) for x in special], float))
+    for key in ("bracket", "tests"):
+        _put(group, key, np.array([getattr(x, key) for x in special], float).reshape(-1, 2))
+    _put(group, "index", _indices([i for x in special for i in x.index]).reshape(-1, 2))
+    directions = group.create_group("directions")
+    _put(directions, "count", np.array([len(x.directions) for x in special], np.int64))
+    scale = next((x.scale for x in special if x.scale is not None), None)
+    free = next((x.free for x in special if x.free), ())
+    directions.attrs["free"] = _names(free)
+    if scale is not None:
+        _put(directions, "scale_unknowns", scale.unknowns)
+        _put(directions, "scale_parameters", scale.parameters)
+    parts = [d for x in special for d in x.directions]
+    for key in ("stage", "mesh", "scalars"):
+        _put(directions, key, np.concatenate([getattr(d, key) for d in parts]) if parts else np.empty(0))
+
+
+def _read_special(group: h5py.Group) -> tuple[SpecialPoint, ...]:
+    solutions = read_solutions(group["solutions"])
+    kind, status = _tuple(group, "kind"), _tuple(group, "status")
+    n = len(solutions)
+    arclength, residual, curvature = (_get(group, k, (n,)).tolist() for k in ("arclength", "residual", "curvature"))
+    bracket, tests = (_get(group, key, (n, 2)).tolist() for key in ("bracket", "tests"))
+    index = _get(group, "index", (n, 2))
+    directions, free, scale = _read_directions(group["directions"], solutions)
+    return tuple(
+        SpecialPoint(
+            kind[i], solutions[i], arclength[i], Status[status[i]], tuple(bracket[i]), tuple(tests[i]),
+            tuple(_optional(index[i])), residual[i], curvature[i], directions[i], free, scale,
+        )  # fmt: skip
+        for i in range(n)
+    )
+
+
+def _read_directions(
+    group: h5py.Group, solutions: Sequence[Solution]
+) -> tuple[list[tuple[Columns, ...]], tuple[str, ...], Scale | None]:
+    """Directions of every special point (on the mesh of its solution), the free parameters and the scale."""
+    count = _get(group, "count", (len(solutions),)).tolist()
+    stage, mesh, scalars = (group[key][()] for key in ("stage", "mesh", "scalars"))
+    free = _tuple(group, "free")
+    found, a, b, c, k = [], 0, 0, 0, len(free)
+    for solution, number in zip(solutions, count, strict=True):
+        mine = []
+        for _ in range(number):
+            n_int = solution.intervals
+            mine.append(Columns(stage[a : a + n_int], mesh[b : b + n_int + 1], scalars[c : c + k]))
+            a, b, c = a + n_int, b + n_int + 1, c + k
+        found.append(tuple(mine))
+    scale = Scale(group["scale_unknowns"][()], group["scale_parameters"][()]) if "scale_unknowns" in group else None
+    return found, free, scale
+
+
+def _write_discrepancies(group: h5py.Group, found: Sequence[Discrepancy]) -> None:
+    for key, kind in (("bracket", float), ("index", np.int64), ("parameter", float)):
+        _put(group, key, np.array([getattr(x, key) for x in found], kind).reshape(-1, 2))
+    group.attrs["events"] = _names([json.dumps(x.events) for x in found])
+
+
+def _read_discrepancies(group: h5py.Group) -> tuple[Discrepancy, ...]:
+    events = _tuple(group, "events")
+    bracket, index, parameter = (_get(group, k, (len(events), 2)).tolist() for k in ("bracket", "index", "parameter"))
+    return tuple(
+        Discrepancy(tuple(b), tuple(i), tuple(json.loads(e)), tuple(p))
+        for b, i, e, p in zip(bracket, index, events, parameter, strict=True)
+    )
+
+
+# -- small parts ------------------------------------------------------------------------------------------------------
+
+
+def _put(group: h5py.Group, name: str, array: np.ndarray) -> None:
+    """A dataset whose checksum makes damage show when it is read."""
+    array = np.ascontiguousarray(array)
+    if array.size == 0:
+        group.create_dataset(name, data=array)
+    else:
+        group.create_dataset(name, data=array, chunks=array.shape, fletcher32=True)
+
+
+def _get(group: h5py.Group, name: str, shape: tuple[int | None, ...]) -> np.ndarray:
+    """A dataset of the expected shape (None: any length)."""
+    array: np.ndarray = group[name][()]
+    if len(array.shape) != len(shape) or any(b is not None and a != b for a, b in zip(array.shape, shape, strict=True)):
+        raise KeyError(f"{group.name}/{name} has shape {array.shape}, not {shape}")
+    return array
+
+
+def _names(names: Sequence[str]) -> np.ndarray:
+    import h5py
+
+    return np.array(list(names), dtype=h5py.string_dtype())
+
+
+def _tuple(group: h5py.Group, name: str) -> tuple[str, ...]:
+    return tuple(_text(value) for value in group.attrs[name])
+
+
+def _text(value: Any) -> str:
+    return value.decode() if isinstance(value, bytes) else str(value)
+
+
+def _indices(values: Sequence[int | None]) -> np.ndarray:
+    return np.array([NO_INDEX if v is None else v for v in values], np.int64)
+
+
+def _optional(values: np.ndarray) -> list[int | None]:
+    return [None if v == NO_INDEX else v for v in values.tolist()]
+
+
+def _sync(path: Path) -> None:
+    """Flush a file, or the entries of a folder, to disk; folders cannot be opened on Windows."""
+    if path.is_dir() and os.name == "nt":
+        return
+    descriptor = os.open(path, os.O_RDONLY if path.is_dir() else os.O_RDWR)
+    try:
+        os.fsync(descriptor)
+    finally:
+        os.close(descriptor)

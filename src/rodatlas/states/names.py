@@ -1,0 +1,76 @@
+"""Names of stable states, decided by symmetry, family and shape; never by a table of coordinates.
+
+A stable segment is a stretch of a branch on which every state is stable. The rules, in order:
+
+* reversal-symmetric, containing dD = 0: `U` where the height is positive there, `W` where it is negative;
+* other symmetric segments: `uUu` where the middle is bent as in U (k1(1/2) > 0); where it is bent the other way, `w`
+  while the dimple deepens with shear (k1(1/2) falls) and `uUui` while it is pulled flat;
+* a segment that starts as U and goes on without a bifurcation through a dimple is cut at these changes of shape into
+  U, w and uUui (the paper's U-w and U-w-uUui); the cuts are ends of kind 'smooth';
+* reversal-broken: `US+-` above the clamp plane, `WS+-` below it, `S+-` at height zero (only at psi0 = 0).
+
+The member + of a pair is the one with more bending energy in the half s > 1/2.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from rodatlas.continuation import Solution
+
+NAMES = ("U", "US+-", "uUu", "w", "W", "WS+-", "uUui", "S+-")
+ZERO_HEIGHT = 1e-6
+
+
+def middle_curvature(solution: Solution) -> float:
+    """k1 at s = 1/2."""
+    return float(solution(0.5, "k1")[0])
+
+
+def name_parts(solutions: Sequence[Solution], symmetric: bool) -> list[tuple[str, int, int]]:
+    """Names of a stable segment, as (name, first, last) index ranges into its solutions, in order of increasing shear.
+
+    Parameters
+    ----------
+    solutions : the segment's solutions, in order along the branch, shear increasing.
+    symmetric : whether they are reversal-symmetric.
+    """
+    last = len(solutions) - 1
+    height = np.array([s.observables["height"] for s in solutions])
+    if not symmetric:
+        middle = height[len(height) // 2]
+        if np.abs(height).max() < ZERO_HEIGHT:
+            return [("S+-", 0, last)]
+        return [("US+-" if middle > 0 else "WS+-", 0, last)]
+    shear = np.array([s.parameter("dD") for s in solutions])
+    bend = np.array([middle_curvature(s) for s in solutions])
+    if shear[0] <= 0.0 <= shear[-1]:
+        if np.interp(0.0, shear, height) < 0:
+            return [("W", 0, last)]
+        return _dimpled(bend, last)
+    middle = last // 2
+    if bend[middle] > 0:
+        return [("uUu", 0, last)]
+    slope = bend[min(middle + 1, last)] - bend[max(middle - 1, 0)]
+    return [("w" if slope < 0 else "uUui", 0, last)]
+
+
+def _dimpled(bend: np.ndarray, last: int) -> list[tuple[str, int, int]]:
+    """Cut a segment that starts as U where the middle bends over, and where the dimple is deepest."""
+    below = np.flatnonzero(bend < 0)
+    if len(below) == 0:
+        return [("U", 0, last)]
+    over = int(below[0])
+    deepest = over + int(np.argmin(bend[over:]))
+    parts = [("U", 0, over)]
+    if deepest < last - 1:
+        return [*parts, ("w", over, deepest), ("uUui", deepest, last)]
+    return [*parts, ("w", over, last)]
+
+
+def member(solution: Solution) -> str:
+    """'+' or '-' of a reversal-broken state: where the bending energy sits."""
+    k1 = solution.stages[..., solution.unknowns.index("k1")]
+    return "+" if solution.mean((solution.gauss_points() - 0.5) * k1**2) > 0 else "-"
