@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 from rodatlas.atlas.settings import SliceSettings
 from rodatlas.continuation import (
@@ -27,7 +27,8 @@ from rodatlas.rods.planar import planar_states
 from rodatlas.rods.stability import morse_index_of
 from rodatlas.rods.symmetry import is_symmetric
 
-Progress = Callable[[str], None]
+Progress = Callable[[str, int, int], None]
+"""Called with (what is being done, branches finished, pieces of work known to be left)."""
 FREE = ("dD",)
 
 
@@ -51,11 +52,12 @@ class Followed:
 
 @dataclass
 class Frontier:
-    """Branches found so far and branch points already used."""
+    """Branches found so far, branch points already used, and what is left to do."""
 
     branches: list[Followed] = field(default_factory=list)
     used: list[SpecialPoint] = field(default_factory=list)
     warnings: list[str] = field(default_factory=list)
+    pending: int = 0
 
 
 class BranchCache:
@@ -69,24 +71,24 @@ class BranchCache:
 
 
 def follow_slice(
-    settings: SliceSettings, cache: BranchCache | None = None, progress: Progress | None = None
+    settings: SliceSettings, cache: BranchCache | None = None, progress: Progress | None = None, carry: bool = True
 ) -> Frontier:
     """All branches in shear that are connected to U, W and the third mode, and those carried over in angle.
 
     Branches that are not connected inside the shear range (uUu above 27.7 degrees, say) are reached by following
-    the stable and once-unstable states of a reference angle in the angle, at fixed shear.
+    the stable and once-unstable states of a reference angle in the angle, at fixed shear, unless `carry` is off.
     """
-    cache, say = cache or BranchCache(), progress or (lambda message: None)
-    frontier = Frontier()
+    cache, frontier = cache or BranchCache(), Frontier()
+    say = _Reporter(progress, frontier)
     _follow_seeds(frontier, planar_seeds(settings, say), settings, cache, say)
-    if abs(settings.angle_deg - settings.reference_angle_deg) > 1e-9:
+    if carry and abs(settings.angle_deg - settings.reference_angle_deg) > 1e-9:
         say(f"reference slice at {settings.reference_angle_deg:g} degrees")
         seeds = carried_seeds(settings, cache, say, frontier)
         _follow_seeds(frontier, seeds, settings, cache, say)
     return frontier
 
 
-def planar_seeds(settings: SliceSettings, say: Progress) -> Iterator[tuple[str, Solution]]:
+def planar_seeds(settings: SliceSettings, say: _Reporter) -> Iterator[tuple[str, Solution]]:
     """U, W and the third mode at dD = 0."""
     say("planar states from the circle")
     states = planar_states(settings.a, settings.angle, settings.compression, settings.tolerance)
@@ -96,12 +98,12 @@ def planar_seeds(settings: SliceSettings, say: Progress) -> Iterator[tuple[str, 
 
 
 def carried_seeds(
-    settings: SliceSettings, cache: BranchCache, say: Progress, frontier: Frontier
+    settings: SliceSettings, cache: BranchCache, say: _Reporter, frontier: Frontier
 ) -> Iterator[tuple[str, Solution]]:
     """States of the reference angle with index 0 or 1, followed in the angle at fixed shears."""
     reference = settings.at_reference()
     base = Frontier()
-    _follow_seeds(base, planar_seeds(reference, say), reference, _Prefixed(cache, "ref-"), say)
+    _follow_seeds(base, planar_seeds(reference, say), reference, _Prefixed(cache, "reference-"), say)
     options = trace_options(settings, stop=False, bounds={"psi0": _span(reference.angle, settings.angle)})
     options = _quiet(options)
     direction = math.copysign(1.0, settings.angle - reference.angle)
@@ -128,7 +130,7 @@ def crossings(branch: Branch, shears: tuple[float, ...], settings: SliceSettings
             a, b = one.solution["dD"] - shear, two.solution["dD"] - shear
             if a * b < 0 and (two.index if two.index is not None else 0) <= most:
                 near = one.solution if abs(a) < abs(b) else two.solution
-                state = _at_shear(near, shear, settings)
+                state = state_at_shear(near, shear, settings)
                 if state is not None:
                     found.append(state)
     return found
@@ -142,7 +144,7 @@ def lies_on(branch: Branch, solution: Solution, settings: SliceSettings) -> bool
         if a * b > 0 or not _between(one, two, solution):
             continue
         near = one.solution if abs(a) < abs(b) else two.solution
-        state = near if near["dD"] == shear else _at_shear(near, shear, settings)
+        state = near if near["dD"] == shear else state_at_shear(near, shear, settings)
         if state is not None and same_state(state, solution):
             return True
     return False
@@ -155,6 +157,15 @@ def same_state(one: Solution, two: Solution, tolerance: float = 1e-5) -> bool:
         and abs(one["height"] - two["height"]) < tolerance
         and abs(one["energy"] - two["energy"]) < tolerance * max(1.0, abs(one["energy"]))
     )
+
+
+def state_at_shear(near: Solution, shear: float, settings: SliceSettings) -> Solution | None:
+    """Newton from a neighbouring solution to an exact shear; None when it does not converge."""
+    options = TraceOptions(mesh=MeshControl(tolerance=settings.tolerance))
+    try:
+        return solve(rod_problem(), near.with_parameters(dD=shear), FREE, options)
+    except NotConverged:
+        return None
 
 
 def trace_options(
@@ -171,7 +182,7 @@ def trace_options(
 
 def _follow_seeds(
     frontier: Frontier, seeds: Iterator[tuple[str, Solution]], settings: SliceSettings, cache: BranchCache,
-    say: Progress,
+    say: _Reporter,
 ) -> None:  # fmt: skip
     bvp, options = rod_problem(), trace_options(settings)
     for ident, seed in seeds:
@@ -181,7 +192,7 @@ def _follow_seeds(
         if branch is None:
             say(f"branch {ident}")
             try:
-                branch = trace(bvp, seed, FREE, options)
+                branch = trace(bvp, seed, FREE, replace(options, on_point=say.watch(ident)))
             except NotConverged as error:
                 frontier.warnings.append(f"branch {ident}: {error}")
                 continue
@@ -192,7 +203,7 @@ def _follow_seeds(
 
 
 def _follow_side_branches(
-    frontier: Frontier, start: int, bvp: BVP, settings: SliceSettings, cache: BranchCache, say: Progress
+    frontier: Frontier, start: int, bvp: BVP, settings: SliceSettings, cache: BranchCache, say: _Reporter
 ) -> None:
     """Switch at every unused branch point of the branches from `start` on; new branches join the end of the list."""
     options = trace_options(settings)
@@ -203,6 +214,7 @@ def _follow_side_branches(
         for number, special in enumerate(parent.branch.special):
             if special.kind != "branch point" or _is_used(frontier, special):
                 continue
+            frontier.pending = sum(_left(frontier, f) for f in frontier.branches[at - 1 :])
             frontier.used.append(special)
             base_symmetric = is_symmetric(special.solution)
             if special.status is not Status.CONVERGED:
@@ -213,7 +225,8 @@ def _follow_side_branches(
                 branch = cache.get(ident)
                 if branch is None:
                     say(f"branch {ident}")
-                    branch = switch(bvp, special, FREE, options, side=side)
+                    watched = replace(options, on_point=say.watch(ident))
+                    branch = switch(bvp, special, FREE, watched, side=side)
                     if branch is None:
                         frontier.warnings.append(f"branch {parent.id}: no second branch found at {special!r}")
                         break
@@ -222,6 +235,11 @@ def _follow_side_branches(
                 _add(frontier, Followed(ident, branch, symmetric, not symmetric, (parent.id, number)))
                 if base_symmetric and not symmetric:
                     break  # the other side is the reversed branch
+
+
+def _left(frontier: Frontier, followed: Followed) -> int:
+    """Branch points of a branch that are still to be used."""
+    return sum(x.kind == "branch point" and not _is_used(frontier, x) for x in followed.branch.special)
 
 
 def _add(frontier: Frontier, followed: Followed) -> None:
@@ -245,14 +263,6 @@ def _meets_symmetric(special: SpecialPoint, last: Point) -> bool:
     return special.kind == "branch point" and is_symmetric(special.solution) and not is_symmetric(last.solution)
 
 
-def _at_shear(near: Solution, shear: float, settings: SliceSettings) -> Solution | None:
-    options = TraceOptions(mesh=MeshControl(tolerance=settings.tolerance))
-    try:
-        return solve(rod_problem(), near.with_parameters(dD=shear), FREE, options)
-    except NotConverged:
-        return None
-
-
 def _between(one: Point, two: Point, solution: Solution) -> bool:
     """Cheap filter: height and energy lie near the segment between two points."""
     for name, slack in (("height", 0.01), ("energy", 1.0)):
@@ -268,9 +278,28 @@ def _span(a: float, b: float) -> tuple[float, float]:
 
 def _quiet(options: TraceOptions) -> TraceOptions:
     """No events and no index: the branch only carries a state somewhere; it must not pass a fold."""
-    from dataclasses import replace
-
     return replace(options, index=None, locate=("fold",), max_folds=0, stop_at=None)
+
+
+class _Reporter:
+    """Tells a progress callback what is being done; `watch` makes a branch report its points."""
+
+    def __init__(self, progress: Progress | None, frontier: Frontier):
+        self._progress, self._frontier = progress, frontier
+
+    def __call__(self, message: str) -> None:
+        if self._progress is not None:
+            self._progress(message, len(self._frontier.branches), self._frontier.pending)
+
+    def watch(self, name: str) -> Callable[[Point], None]:
+        count = 0
+
+        def on_point(point: Point) -> None:
+            nonlocal count
+            count += 1
+            self(f"branch {name}: {count} points, shear {point.solution['dD']:.4f}")
+
+        return on_point
 
 
 class _Prefixed(BranchCache):

@@ -42,22 +42,34 @@ class Segment:
 def stable_segments(followed: Followed, origin: SpecialPoint | None) -> list[Segment]:
     """Stable segments of a branch in order; `origin` is the branch point at which a side branch starts."""
     branch = followed.branch
-    segments = []
-    run: list[int] = []
+    runs: list[list[int]] = []
     for i, point in enumerate(branch.points):
-        if point.index == 0:
-            run.append(i)
-        if run and (point.index != 0 or i == len(branch.points) - 1):
-            segments.append(_segment(followed, run, origin))
-            run = []
-    return segments
+        if point.index != 0:
+            continue
+        if runs and runs[-1][-1] == i - 1 and not _specials(branch, i - 1, i, inside=True):
+            runs[-1].append(i)
+        else:
+            runs.append([i])
+    last = len(branch) - 1
+    if branch.closed and len(runs) > 1 and runs[0][0] == 0 and runs[-1][-1] == last:
+        runs[0] = [*runs.pop(), *runs[0][1:]]
+    return [_segment(followed, run, origin) for run in runs]
+
+
+def _specials(branch: Branch, one: int, two: int, inside: bool = False) -> list[SpecialPoint]:
+    """Folds and branch points between two points of a branch, or strictly between them."""
+    low, high = sorted((branch.points[one].arclength, branch.points[two].arclength))
+    if inside:
+        low, high = low + 1e-12, high - 1e-12
+    return [x for x in branch.special if low <= x.arclength <= high and x.kind in ("fold", "branch point")]
 
 
 def _segment(followed: Followed, run: list[int], origin: SpecialPoint | None) -> Segment:
     points = followed.branch.points
     before = _bound(followed.branch, run[0], -1, origin)
     after = _bound(followed.branch, run[-1], +1, origin)
-    inner = [points[i] for i in run if before.arclength < points[i].arclength < after.arclength]
+    ends = (before.arclength, after.arclength)
+    inner = [points[i] for i in run if not any(abs(points[i].arclength - end) < 1e-12 for end in ends)]
     if after.solution["dD"] < before.solution["dD"]:
         return Segment(followed, tuple(reversed(inner)), after, before)
     return Segment(followed, tuple(inner), before, after)
@@ -68,8 +80,7 @@ def _bound(branch: Branch, at: int, side: int, origin: SpecialPoint | None) -> B
     here = branch.points[at]
     beyond = at + side
     last = beyond if 0 <= beyond < len(branch.points) else at
-    low, high = sorted((here.arclength, branch.points[last].arclength))
-    inside = [x for x in branch.special if low <= x.arclength <= high and x.kind in ("fold", "branch point")]
+    inside = _specials(branch, at, last)
     if inside:
         first = min(inside, key=lambda x: abs(x.arclength - here.arclength))
         return Bound(first.kind, first.solution, first.arclength, first)

@@ -11,6 +11,13 @@ from rodatlas.rods.ends import Ends
 REFERENCE_ANGLE_DEG = 15.0
 
 
+def default_shear_max(compression: float) -> float:
+    """0.82 at dL = 1/2, and the same fraction of the limiting shear at other compressions."""
+    if not 0.0 < compression < 1.0:
+        return 0.82  # the compression is reported where it is checked
+    return round(0.82 * limiting_shear(compression) / limiting_shear(0.5), 9)
+
+
 @dataclass(frozen=True)
 class SliceSettings:
     """A slice of the atlas: shear varies, all else is fixed.

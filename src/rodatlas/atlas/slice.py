@@ -12,7 +12,7 @@ from rodatlas.atlas.segments import Bound, Segment, stable_segments
 from rodatlas.atlas.settings import SliceSettings
 from rodatlas.continuation import Solution, SpecialPoint
 from rodatlas.continuation.events import turns_at
-from rodatlas.states.names import name_parts
+from rodatlas.states.names import NAMES, name_parts
 
 SCHEMA = "rodatlas/slice/1"
 
@@ -125,38 +125,36 @@ class Slice:
 
 
 def compute_slice(
-    settings: SliceSettings, cache: BranchCache | None = None, progress: Progress | None = None
+    settings: SliceSettings, cache: BranchCache | None = None, progress: Progress | None = None, carry: bool = True
 ) -> Slice:
     """Follow all branches of a slice, name the stable states and number the bifurcations.
 
     Parameters
     ----------
     cache : keeps finished branches, so that an interrupted run can be resumed.
-    progress : called with a short message before each piece of work.
+    progress : called as the work goes on.
+    carry : whether states that are not connected within the slice are carried over from a reference angle.
     """
     start = time.perf_counter()
-    frontier = follow_slice(settings, cache, progress)
+    frontier = follow_slice(settings, cache, progress, carry)
     branches = [SliceBranch(f, _bare_events(f, frontier)) for f in frontier.branches]
     segments = [s for b in branches for s in stable_segments(b.followed, _origin(b.followed, branches))]
     parts = [(segment, name_parts(segment.solutions, segment.followed.symmetric)) for segment in segments]
     branches = _numbered(branches, parts)
     states = [state for segment, names in parts for state in _states(segment, names, branches)]
-    order = {"U": 0, "U": 0, "US+-": 1, "uUu": 2, "w": 3, "W": 4, "WS+-": 5, "uUui": 6, "S+-": 7}
-    states.sort(key=lambda s: (order.get(s.name, 9), s.low.shear))
+    states.sort(key=lambda s: (NAMES.index(s.name), s.low.shear))
     return Slice(settings, tuple(branches), tuple(states), tuple(frontier.warnings), time.perf_counter() - start)
 
 
 def _bare_events(followed: Followed, frontier: Frontier) -> tuple[Event, ...]:
-    """Events of a branch without numbers; pitchforks told from the directions, criticality from the side branch."""
+    """Events of a branch without numbers; pitchforks are told by the directions of the two curves."""
     events = []
-    for number, special in enumerate(followed.branch.special):
+    for special in followed.branch.special:
         if special.kind not in ("fold", "branch point"):
             continue
-        kind = special.kind
-        if kind == "branch point" and (_is_pitchfork(special)):
-            kind = "pitchfork"
-        sides = [f for f in frontier.branches if f.origin == (followed.id, number)]
-        events.append(Event(kind, special, None, _criticality(special, sides) if kind == "pitchfork" else None))
+        pitchfork = special.kind == "branch point" and _is_pitchfork(special)
+        criticality = _criticality(special, frontier) if pitchfork else None
+        events.append(Event("pitchfork" if pitchfork else special.kind, special, None, criticality))
     return tuple(events)
 
 
@@ -167,13 +165,24 @@ def _is_pitchfork(special: SpecialPoint) -> bool:
     return turns_at(special) or abs(special.directions[1].scalars[0]) < 1e-3
 
 
-def _criticality(special: SpecialPoint, sides: list[Followed]) -> str | None:
-    """Supercritical when the side branch has the smaller of the two indices met along the main one."""
-    before, after = special.index
-    indices = [p.index for f in sides for p in f.branch.points[1:2]]
-    if before is None or after is None or before == after or not indices or indices[0] is None:
+def _criticality(special: SpecialPoint, frontier: Frontier) -> str | None:
+    """Supercritical when the curve that turns has the smaller of the two indices of the curve that passes.
+
+    The curves are this point's branch, the branches that start here and those that were met here by others.
+    """
+    passing: set[int | None] = set()
+    turning: set[int | None] = set()
+    for f in frontier.branches:
+        for number, other in enumerate(f.branch.special):
+            if other.kind != "branch point" or not same_state(other.solution, special.solution):
+                continue
+            turns = turns_at(other)
+            (turning if turns else passing).update(other.index)
+            starting = [g.branch.points[1].index for g in frontier.branches if g.origin == (f.id, number)]
+            (passing if turns else turning).update(starting)
+    if None in passing | turning or len(passing) != 2 or len(turning) != 1:
         return None
-    return "super" if indices[0] == min(before, after) else "sub"
+    return "super" if turning == {min(passing)} else "sub"  # type: ignore[type-var]
 
 
 def _origin(followed: Followed, branches: list[SliceBranch]) -> SpecialPoint | None:

@@ -4,10 +4,12 @@ All sizes are run-time values, so that one compilation, cached on disk, serves e
 collocation points. Notation: N intervals, m stages, n unknowns, k scalars, q conditions at the ends, r dense rows.
 """
 
+from typing import Any
+
 import numpy as np
 from numba import njit
 
-_OPTIONS = {"cache": True, "fastmath": {"contract"}, "error_model": "numpy"}
+_OPTIONS: Any = {"cache": True, "fastmath": {"contract"}, "error_model": "numpy"}
 
 
 @njit(**_OPTIONS)

@@ -51,7 +51,7 @@ def solve_fold(
     for i in range(max_iterations):
         lin = colloc.linearize(x)
         fac = colloc.factor(lin, [row])
-        if fac.sign == 0.0 or not np.isfinite(lin.norm):
+        if fac.sign == 0.0:
             return Augmented(False, x, (v,), np.array([[form]]), residual, i)
         v = fac.solve(colloc.right_hand_side(None, [row], [1.0]))
         w = _left_vector(colloc, fac, x, scalar=0)
@@ -86,7 +86,7 @@ def solve_branch_point(
     for i in range(max_iterations):
         lin = colloc.linearize(x)
         fac = colloc.factor(lin, rows, [column])
-        if fac.sign == 0.0 or not np.isfinite(lin.norm):
+        if fac.sign == 0.0:
             break
         v = [fac.solve(colloc.right_hand_side(None, rows, e)) for e in ([1.0, 0.0], [0.0, 1.0])]
         g = np.array([u.scalars[k] for u in v])
@@ -133,6 +133,23 @@ def branch_directions(colloc: Collocation, found: Augmented, tangent: Columns) -
     found_directions.sort(key=lambda d: -abs(colloc.inner(d, tangent)))
     first = found_directions[0]
     return scaled(first, np.copysign(1.0, colloc.inner(first, tangent))), found_directions[1]
+
+
+def kernel_directions(
+    colloc: Collocation, x: Columns, along: Columns
+) -> tuple[Columns, tuple[Columns, ...]] | None:
+    """State and tangents at a simple branch point close to x, when no tangent is known; None when there is none.
+
+    The tangent nearer to `along` comes first.
+    """
+    rng = np.random.default_rng(11)
+    shift = rng.normal(size=x.stage.shape[2])
+    border = Columns(np.zeros_like(x.stage) + shift, np.zeros_like(x.mesh) + shift, rng.normal(size=x.scalars.shape))
+    found = solve_branch_point(colloc, x, scaled(border, 1.0 / colloc.norm(border)))
+    if not found.converged:
+        return None
+    directions = branch_directions(colloc, found, along)
+    return (found.state, directions) if len(directions) == 2 else None
 
 
 def _left_vector(colloc: Collocation, fac: Factorization, x: Columns, scalar: int) -> Blocks:

@@ -6,7 +6,7 @@ units of `scale.parameters[b]`.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -61,13 +61,14 @@ class Linearization:
     b_scal: np.ndarray
     dense: np.ndarray
     dense_scal: np.ndarray
-    end_values: np.ndarray
-    densities: np.ndarray | None
 
     @property
-    def norm(self) -> float:
+    def is_finite(self) -> bool:
+        """Whether no residual or derivative is NaN or infinite (a sum is, when one of its terms is)."""
         r = self.residual
-        return max(np.abs(x).max(initial=0.0) for x in (r.stage, r.chain, r.ends, r.dense))
+        parts = (r.stage, r.chain, r.ends, r.dense, self.jac, self.stage_scal, self.b_left, self.b_right, self.b_scal,
+                 self.dense, self.dense_scal)  # fmt: skip
+        return bool(np.isfinite(sum(float(part.sum()) for part in parts)))
 
 
 class Collocation:
@@ -174,8 +175,7 @@ class Collocation:
         residual = Blocks(stage, chain, b[0, :q].copy(), np.zeros(self.bvp.n_integral))
         dense = np.zeros((self.bvp.n_integral, n_int, m, n))
         dense_scal = np.zeros((self.bvp.n_integral, k))
-        densities = None
-        if self._has_densities and self.bvp.n_integral:
+        if self.bvp.n_integral:
             densities, g_u, g_p = self._integrand(x)
             w = self._quadrature.reshape(-1)
             for i in range(self.bvp.n_integral):
@@ -185,7 +185,7 @@ class Collocation:
         return Linearization(
             residual, jac * self._jac_scale, stage_scal,
             np.ascontiguousarray(b_u[0, :, :q].T), np.ascontiguousarray(b_u[1, :, :q].T),
-            b_p.reshape(-1, b.shape[1])[self.free, :q].T * self._sp, dense, dense_scal, b[0].copy(), densities,
+            b_p.reshape(-1, b.shape[1])[self.free, :q].T * self._sp, dense, dense_scal,
         )  # fmt: skip
 
     def _integrand(self, x: Columns) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -310,8 +310,3 @@ def free_indices(bvp: BVP, free: Sequence[str]) -> list[int]:
             f"conditions - {bvp.size} unknowns + 1), got {list(free)}"
         )
     return [bvp.parameter_index(name) for name in names]
-
-
-def merge_parameters(bvp: BVP, values: Mapping[str, float]) -> np.ndarray:
-    """All parameters (np,), defaults overridden."""
-    return bvp.parameter_vector(values)

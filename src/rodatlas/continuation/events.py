@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -17,11 +18,30 @@ from rodatlas.continuation.results import SpecialPoint, Status
 
 @dataclass(frozen=True)
 class Located:
-    """A special point and the state and direction at which it sits on the walker's discretisation."""
+    """A special point and its place on a segment.
+
+    Attributes
+    ----------
+    fraction : place on the segment, 0 to 1; iterations : Newton iterations spent.
+    """
 
     special: SpecialPoint
     fraction: float
     iterations: int
+
+    @property
+    def is_zero(self) -> bool:
+        return self.special.kind not in ("fold", "branch point")
+
+    @property
+    def turns(self) -> bool:
+        """Whether the continuation parameter is extreme there."""
+        return self.special.turns
+
+    @property
+    def flips(self) -> bool:
+        """Whether an eigenvalue of the problem at fixed parameters changes sign there, as an index counts them."""
+        return self.special.kind == "fold" or (self.special.kind == "branch point" and not self.turns)
 
 
 @dataclass(frozen=True)
@@ -36,6 +56,10 @@ class Segment:
     @property
     def colloc(self) -> Collocation:
         return self.right.colloc
+
+    @property
+    def fold_tests(self) -> tuple[float, float]:
+        return self.left.fold_test, self.right.fold_test
 
     def interpolate(self, fraction: float) -> Columns:
         """Cubic Hermite interpolation of the curve."""
@@ -63,88 +87,111 @@ class Segment:
         return -0.05 <= fraction <= 1.05 and off < 0.1
 
 
+def changes(a: float, b: float) -> bool:
+    """Whether a test function passes zero from a to b; a zero at the left end was counted on the segment before."""
+    return a * b < 0 or (b == 0.0 and a != 0.0)
+
+
 def locate_events(segment: Segment, options: TraceOptions) -> list[Located]:
     """All events that the test functions report on a segment, in order along it."""
     found: list[Located] = []
-    left, right = segment.left, segment.right
-    branch_point = None
-    if "branch point" in options.locate and left.branch_test[0] * right.branch_test[0] < 0:
+    turned = changes(*segment.fold_tests)
+    branch_point = fold = None
+    if "branch point" in options.locate and changes(segment.left.branch_test[0], segment.right.branch_test[0]):
         branch_point = _locate_branch_point(segment, options)
-        found.append(branch_point)
-    if "fold" in options.locate and left.fold_test * right.fold_test < 0:
+    if "fold" in options.locate and turned and not (branch_point and branch_point.turns):
         fold = _locate_fold(segment, options)
-        if branch_point is None or not _same_point(fold, branch_point):
-            found.append(fold)
+    bracketed = branch_point is not None and branch_point.special.status is Status.BRACKETED
+    if fold and branch_point and bracketed and abs(fold.fraction - branch_point.fraction) < 0.05:
+        # its tangents are unknown, but one place means one pitchfork
+        branch_point, fold = replace(branch_point, special=replace(branch_point.special, turns=True)), None
+    found += [event for event in (branch_point, fold) if event]
     found += [_locate_zero(segment, name, value, options) for name, value in options.zeros.items()
-              if _changes(segment, name, value)]  # fmt: skip
+              if changes(*_values(segment, name, value))]  # fmt: skip
     return sorted(found, key=lambda item: item.fraction)
 
 
 def turns_at(special: SpecialPoint) -> bool:
     """Whether the continuation parameter turns at a branch point along the branch walked: a pitchfork's side branch."""
-    return bool(special.directions) and abs(special.directions[0].scalars[0]) < 1e-3
+    return special.kind == "branch point" and special.turns
 
 
-def _same_point(fold: Located, branch_point: Located) -> bool:
-    """A pitchfork met along its side branch is a branch point at which the parameter turns: not a fold."""
-    if not branch_point.special.directions:
-        return abs(fold.fraction - branch_point.fraction) < 0.05
-    return turns_at(branch_point.special) or (
-        fold.special.status is Status.BRACKETED and abs(fold.fraction - branch_point.fraction) < 0.05
-    )
+def unresolved(segment: Segment, events: list[Located], options: TraceOptions, tried: float) -> bool:
+    """Whether a shorter step should tell more.
+
+    It should when several folds or branch points crowd on the segment, when the turns of the parameter do not add
+    up, when an event lies beyond a bound, and (down to an eighth of the step tried first) when one was not located.
+    """
+    if sum(not e.is_zero for e in events) > 1:
+        return True
+    both = "fold" in options.locate and "branch point" in options.locate
+    if both and sum(e.turns for e in events) % 2 != changes(*segment.fold_tests):
+        return True
+    if any(e.special.status is Status.BRACKETED for e in events) and segment.step > tried / 8:
+        return True
+    return any(_outside(e.special, segment, options) for e in events)
+
+
+def _outside(special: SpecialPoint, segment: Segment, options: TraceOptions) -> bool:
+    for name, (low, high) in options.bounds.items():
+        before = segment.colloc.observable_row(name, segment.left.x)[0]
+        value, slack = special.solution[name], 1e-8 * max(1.0, abs(before))
+        if low <= before <= high and not low - slack <= value <= high + slack:
+            return True
+    return False
 
 
 def _locate_fold(segment: Segment, options: TraceOptions) -> Located:
-    a, b = segment.left.fold_test, segment.right.fold_test
-    guess = a / (a - b)
-    found = solve_fold(segment.colloc, segment.interpolate(guess), segment.direction(guess))
-    spent, bracket = found.iterations, (0.0, 1.0)
-    if not (found.converged and segment.holds(found.state)):
-        bracket, x, t, more = _bisect(segment, options, lambda frame: frame.fold_test)
-        found = solve_fold(segment.colloc, x, t)
-        spent += more + found.iterations
-        if not (found.converged and segment.holds(found.state)):
-            found = replace(found, converged=False, state=x)
-    return _record(segment, "fold", found, (a, b), bracket, spent, ())
+    a, b = segment.fold_tests
+
+    def attempt(x: Columns, t: Columns) -> Augmented:
+        return solve_fold(segment.colloc, x, t)
+
+    found, _, bracket, spent = _attempts(segment, options, attempt, lambda frame: frame.fold_test, a / (a - b))
+    return _record(segment, "fold", found, (a, b), bracket, spent, turns=True)
 
 
 def _locate_branch_point(segment: Segment, options: TraceOptions) -> Located:
     (sa, la), (sb, lb) = segment.left.branch_test, segment.right.branch_test
     top = max(la, lb)
-    a, b = sa * np.exp(la - top), sb * np.exp(lb - top)
+    a, b = float(sa * np.exp(la - top)), float(sb * np.exp(lb - top))
+
+    def attempt(x: Columns, t: Columns) -> Augmented:
+        return solve_branch_point(segment.colloc, x, t)
+
     guess = float(np.clip(a / (a - b), 0.05, 0.95))
-    tangent = segment.direction(guess)
-    found = solve_branch_point(segment.colloc, segment.interpolate(guess), tangent)
-    spent, bracket = found.iterations, (0.0, 1.0)
+    found, tangent, bracket, spent = _attempts(segment, options, attempt, lambda frame: frame.branch_test[0], guess)
+    directions: tuple[Columns, ...] = (tangent,)
+    turns = False
+    if found.converged:
+        directions = branch_directions(segment.colloc, found, tangent)
+        turns = abs(directions[0].scalars[0]) < 1e-3 * max(np.abs(segment.fold_tests)) + 1e-9
+    return _record(segment, "branch point", found, (a, b), bracket, spent, directions, turns)
+
+
+def _attempts(
+    segment: Segment, options: TraceOptions, attempt: Callable[[Columns, Columns], Augmented],
+    test: Callable[[Frame], float], guess: float,
+) -> tuple[Augmented, Columns, tuple[float, float], int]:  # fmt: skip
+    """Newton from the interpolated zero of the test function and, should that fail, from a bisected one.
+
+    Returns what was found, the tangent there, the bracket (fractions) and the Newton iterations spent.
+    """
+    tangent, bracket = segment.direction(guess), (0.0, 1.0)
+    found = attempt(segment.interpolate(guess), tangent)
+    spent = found.iterations
     if not (found.converged and segment.holds(found.state)):
-        bracket, x, tangent, more = _bisect(segment, options, lambda frame: frame.branch_test[0])
-        found = solve_branch_point(segment.colloc, x, tangent)
+        bracket, x, tangent, more = _bisect(segment, options, test)
+        found = attempt(x, tangent)
         spent += more + found.iterations
         if not (found.converged and segment.holds(found.state)):
             found = replace(found, converged=False, state=x)
-    directions: tuple[Columns, ...] = (tangent,)
-    if found.converged:
-        directions = branch_directions(segment.colloc, found, tangent)
-    return _record(segment, "branch point", found, (float(a), float(b)), bracket, spent, directions)
+    return found, tangent, bracket, spent
 
 
-def _record(
-    segment: Segment, kind: str, found: Augmented, tests: tuple[float, float], bracket: tuple[float, float], spent: int,
-    directions: tuple[Columns, ...],
-) -> Located:  # fmt: skip
-    fraction, _ = segment.position(found.state)
-    fraction = float(np.clip(fraction, 0.0, 1.0))
-    at = tuple(segment.start + f * segment.step for f in bracket)
-    special = SpecialPoint(
-        kind, segment.colloc.solution(found.state, segment.right.error), segment.start + fraction * segment.step,
-        Status.CONVERGED if found.converged else Status.BRACKETED, (at[0], at[1]), tests, residual=found.residual,
-        curvature=float(found.form[0, 0]) if kind == "fold" else float("nan"), directions=directions,
-        free=tuple(segment.colloc.bvp.parameter_names[i] for i in segment.colloc.free), scale=segment.colloc.scale,
-    )  # fmt: skip
-    return Located(special, fraction, spent)
-
-
-def _bisect(segment: Segment, options: TraceOptions, test, cuts: int = 14):  # type: ignore[no-untyped-def]
+def _bisect(
+    segment: Segment, options: TraceOptions, test: Callable[[Frame], float], cuts: int = 14
+) -> tuple[tuple[float, float], Columns, Columns, int]:
     """Narrow the sign change of a test function by bisection on the curve itself."""
     lo, hi, spent = 0.0, 1.0, 0
     low_sign = np.sign(test(segment.left))
@@ -165,17 +212,35 @@ def _bisect(segment: Segment, options: TraceOptions, test, cuts: int = 14):  # t
     return (lo, hi), x, t, spent
 
 
-def _changes(segment: Segment, name: str, value: float) -> bool:
-    a, b = (segment.colloc.observable_row(name, f.x)[0] - value for f in (segment.left, segment.right))
-    return a * b < 0 or (b == 0.0 and a != 0.0)
+def _values(segment: Segment, name: str, value: float) -> tuple[float, float]:
+    """A parameter or observable less `value` at both ends."""
+    left, right = (segment.colloc.observable_row(name, f.x)[0] - value for f in (segment.left, segment.right))
+    return left, right
 
 
 def _locate_zero(segment: Segment, name: str, value: float, options: TraceOptions) -> Located:
     colloc = segment.colloc
-    a, b = (colloc.observable_row(name, f.x)[0] - value for f in (segment.left, segment.right))
+    a, b = _values(segment, name, value)
     guess = a / (a - b)
     result = newton(colloc, segment.interpolate(guess), [fixed(name, value)(colloc)], options.newton)
     converged = result.converged and segment.holds(result.state)
     state = result.state if converged else segment.interpolate(guess)
     found = Augmented(converged, state, (), np.full((1, 1), np.nan), result.estimate, len(result.corrections))
-    return _record(segment, f"zero of {name}", found, (a, b), (0.0, 1.0), found.iterations, ())
+    return _record(segment, f"zero of {name}", found, (a, b), (0.0, 1.0), found.iterations)
+
+
+def _record(
+    segment: Segment, kind: str, found: Augmented, tests: tuple[float, float], bracket: tuple[float, float], spent: int,
+    directions: tuple[Columns, ...] = (), turns: bool = False,
+) -> Located:  # fmt: skip
+    colloc = segment.colloc
+    fraction = float(np.clip(segment.position(found.state)[0], 0.0, 1.0))
+    special = SpecialPoint(
+        kind, colloc.solution(found.state, segment.right.error), segment.start + fraction * segment.step,
+        Status.CONVERGED if found.converged else Status.BRACKETED,
+        (segment.start + bracket[0] * segment.step, segment.start + bracket[1] * segment.step), tests,
+        residual=found.residual, curvature=float(found.form[0, 0]) if kind == "fold" else float("nan"),
+        directions=directions, free=tuple(colloc.bvp.parameter_names[i] for i in colloc.free), scale=colloc.scale,
+        turns=turns,
+    )  # fmt: skip
+    return Located(special, fraction, spent)

@@ -6,10 +6,11 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from rodatlas.continuation.augmented import kernel_directions
 from rodatlas.continuation.collocation import Collocation, Scale, add, scaled
-from rodatlas.continuation.linear import Columns, Factorization
+from rodatlas.continuation.linear import Blocks, Columns, Factorization
 from rodatlas.continuation.mesh import equidistribute, error_estimate, monitor, wanted_intervals
-from rodatlas.continuation.newton import NewtonResult, fixed, newton, plane
+from rodatlas.continuation.newton import NewtonCode, NewtonResult, fixed, newton, plane
 from rodatlas.continuation.options import TraceOptions
 from rodatlas.continuation.problem import BVP
 from rodatlas.continuation.solution import Solution
@@ -76,12 +77,12 @@ def unit_tangent(colloc: Collocation, fac: Factorization, along: Columns) -> Col
 
 
 def first_frame(
-    bvp: BVP, solution: Solution, free: list[int], options: TraceOptions, scale: Scale | None = None,
-    tangent: Columns | None = None,
+    bvp: BVP, solution: Solution, free: list[int], options: TraceOptions, scale: Scale | None = None
 ) -> tuple[Frame | None, NewtonResult]:
     """Correct a start solution at its own parameter values and find the tangent, pointing to a larger parameter.
 
-    A tangent (on the solution's mesh) fixes the direction when the start is a fold or a branch point's side.
+    A start at a fold is corrected in another direction than the parameter's. At a branch point the tangent is that
+    of the branch along which the parameter changes most, and the frame's determinant is zero.
     """
     scale = scale or Scale.of(bvp, solution)
     colloc = Collocation(
@@ -90,23 +91,46 @@ def first_frame(
     x = colloc.state(solution)
     name = bvp.parameter_names[free[0]]
     held = fixed(name, solution.parameter(name))(colloc)
-    for guess in (tangent,) if tangent is not None else _directions(x, len(free)):
-        conditions = [held] if guess.scalars[0] == 1.0 else [plane(colloc, guess, x)]
-        result = newton(colloc, x, conditions, options.newton)
-        if result.converged:
-            fac = colloc.factor(colloc.linearize(result.state), [colloc.row(guess)])
-            if fac.sign != 0.0:
-                t = unit_tangent(colloc, fac, guess)
-                return with_tests(Frame(colloc, result.state, t, (0.0, 0.0))), result
+    for i, guess in enumerate(_directions(x, len(free))):
+        result = newton(colloc, x, [plane(colloc, guess, x) if i else held], options.newton)
+        if not result.converged:
+            continue
+        fac = colloc.factor(colloc.linearize(result.state), [colloc.row(guess)])
+        if fac.sign != 0.0:
+            frame = with_tests(Frame(colloc, result.state, unit_tangent(colloc, fac, guess), (0.0, 0.0)))
+            return _off_singular(frame, guess), result
+        result = replace(result, code=NewtonCode.SINGULAR)
     return None, result
 
 
 def _directions(x: Columns, k: int) -> list[Columns]:
     """Directions to try for the first tangent: the parameter, then (at a fold) a smooth change of the unknowns."""
     parameter = Columns(np.zeros_like(x.stage), np.zeros_like(x.mesh), np.eye(k)[0])
-    rng = np.random.default_rng(3)
-    shift = rng.normal(size=x.stage.shape[2])
+    shift = np.random.default_rng(3).normal(size=x.stage.shape[2])
     return [parameter, Columns(np.tile(shift, (*x.stage.shape[:2], 1)), np.tile(shift, (len(x.mesh), 1)), np.zeros(k))]
+
+
+def _off_singular(frame: Frame, along: Columns) -> Frame:
+    """The frame itself, or at a branch point (where its tangent is round-off) one with the tangent nearest `along`.
+
+    There the bordered matrix is singular; its inverse, applied to a smooth right-hand side, tells.
+    """
+    colloc, x = frame.colloc, frame.x
+    row = colloc.row(frame.tangent)
+    fac = colloc.factor(colloc.linearize(x), [row])
+    rhs = colloc.right_hand_side(None, [row], [1.0])
+    weights = np.random.default_rng(5).normal(size=(2, x.stage.shape[2]))
+    smooth = (weights[0] + colloc.gauss[..., None] * weights[1]) * colloc.step[:, None, None]
+    y = fac.solve(Blocks(smooth, rhs.chain, rhs.ends, rhs.dense)) if fac.sign != 0.0 else None
+    if y is not None and colloc.norm(y) < 1e6:
+        return frame
+    directions = kernel_directions(colloc, x, along)
+    if directions is None:
+        return frame
+    state, (first, *_) = directions
+    if colloc.norm(add(state, (-1.0, x))) > 1e-4:
+        return frame
+    return replace(frame, x=state, tangent=first, branch_test=(0.0, -np.inf))
 
 
 def with_tests(frame: Frame) -> Frame:
@@ -119,7 +143,8 @@ def with_tests(frame: Frame) -> Frame:
 def adapted(frame: Frame, options: TraceOptions) -> tuple[Frame, int]:
     """Move the mesh, and change its size, to follow the solution; returns the frame and Newton iterations spent.
 
-    The old frame comes back when the correction on the new mesh fails.
+    The old frame comes back when the correction on the new mesh fails, or when it would carry the point across a
+    fold. A branch point crossed by the small change of the solution is left to the next step: the old sign is kept.
     """
     control = options.mesh
     colloc = frame.colloc
@@ -135,5 +160,8 @@ def adapted(frame: Frame, options: TraceOptions) -> tuple[Frame, int]:
     if not result.converged or result.factorization is None:
         return replace(frame, error=error), spent
     t = unit_tangent(moved.colloc, result.factorization, moved.tangent)
-    tests = (result.factorization.sign, result.factorization.log_det)
+    if t.scalars[0] * frame.fold_test < 0:
+        return replace(frame, error=error), spent
+    sign = frame.branch_test[0] or result.factorization.sign
+    tests = (sign, result.factorization.log_det)
     return replace(moved, x=result.state, tangent=t, error=error, branch_test=tests), spent

@@ -40,7 +40,7 @@ class FirstCompile:
 
 
 @lru_cache(maxsize=64)
-def _layout(sparsity_id: int, sizes: tuple[int, ...], points: int) -> tuple[np.ndarray, np.ndarray]:
+def _layout(sizes: tuple[int, ...], points: int) -> tuple[np.ndarray, np.ndarray]:
     """Offsets of the LU factors and pivots of each component in the per-interval stores."""
     block = points * np.array(sizes, dtype=np.int64)
     lu_ptr = np.concatenate([[0], np.cumsum(block**2)]).astype(np.int64)
@@ -77,7 +77,7 @@ class NumbaFactorization:
         sp, scheme = matrix.sparsity, matrix.scheme
         r = matrix.dense.shape[0]
         sizes = tuple(np.diff(sp.member_ptr).tolist())
-        self._lu_ptr, self._piv_ptr = _layout(id(sp), sizes, m)
+        self._lu_ptr, self._piv_ptr = _layout(sizes, m)
         self._lu = np.empty((n_int, int(self._lu_ptr[-1])))
         self._piv = np.empty((n_int, int(self._piv_ptr[-1])), dtype=np.int64)
         self._sens = np.empty((n_int, m * n, n + k))
@@ -127,7 +127,7 @@ class NumbaFactorization:
 
     def solve_transposed(self, rhs: Columns) -> Blocks:
         kern, a = kernels(), self._matrix
-        n_int, m, n, k = a.sizes
+        n_int, m, n, _ = a.sizes
         stage = rhs.stage.reshape(n_int, m * n)
         c_mesh = rhs.mesh.copy()
         c_mesh[:-1] += np.einsum("jra,jr->ja", self._sens[:, :, :n], stage)

@@ -21,7 +21,7 @@ class ScipyFactorization:
         except RuntimeError:  # SuperLU's word for an exactly singular matrix
             return
         diagonal = self._lu.U.diagonal()
-        n_int, _, n, k = matrix.sizes
+        n_int, _, n, _ = matrix.sizes
         permuted = _parity(self._lu.perm_r) * _parity(self._lu.perm_c)
         self.log_det = float(np.log(np.abs(diagonal)).sum() - n_int * n * matrix.scheme.d_log)
         self.sign = float(np.prod(np.sign(diagonal)) * permuted * matrix.scheme.d_sign ** (n_int * n))

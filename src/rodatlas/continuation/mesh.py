@@ -21,19 +21,21 @@ class MeshControl:
     tolerance : largest error at mesh points, relative to the scale of each unknown.
     points : Gauss points per interval, m.
     intervals : (fewest, most); equal values fix the size, and only the places move.
-    initial : intervals at the start of a run.
     every : steps between two adaptations.
     """
 
     tolerance: float = 1e-8
     points: int = 4
     intervals: tuple[int, int] = (10, 400)
-    initial: int = 30
     every: int = 3
 
     def __post_init__(self) -> None:
         if not 0 < self.tolerance < 1:
             raise ValueError(f"tolerance: expected a number between 0 and 1, got {self.tolerance}")
+        if not 1 <= self.points <= 9:
+            raise ValueError(f"points: expected 1 to 9 Gauss points per interval, got {self.points}")
+        if self.every < 1:
+            raise ValueError(f"every: expected at least 1 step between adaptations, got {self.every}")
         if not MIN_INTERVALS <= self.intervals[0] <= self.intervals[1]:
             raise ValueError(f"intervals: expected {MIN_INTERVALS} <= fewest <= most, got {self.intervals}")
 

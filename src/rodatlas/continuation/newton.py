@@ -33,6 +33,13 @@ class NewtonOptions:
     max_iterations: int = 8
     max_growth: float = 2.0
 
+    def __post_init__(self) -> None:
+        if not (self.tolerance > 0 and self.max_iterations >= 1 and self.max_growth > 0):
+            raise ValueError(
+                "newton: expected tolerance > 0, max_iterations >= 1 and max_growth > 0, got "
+                f"{self.tolerance}, {self.max_iterations}, {self.max_growth}"
+            )
+
 
 @dataclass(frozen=True)
 class NewtonResult:
@@ -75,9 +82,11 @@ def newton(
         return NewtonResult(code, x, factorization, lin, tuple(sizes), float(estimate))
 
     for _ in range(options.max_iterations):
-        lin = colloc.linearize(x)
+        with np.errstate(all="ignore"):
+            lin = colloc.linearize(x)
+            finite = lin.is_finite
         values, rows = zip(*[c(x) for c in conditions], strict=True) if conditions else ((), ())
-        if not (np.isfinite(lin.norm) and np.isfinite(lin.jac).all()):
+        if not (finite and np.isfinite(values).all()):
             return result(NewtonCode.NOT_FINITE)
         factorization = colloc.factor(lin, rows)
         if factorization.sign == 0.0:

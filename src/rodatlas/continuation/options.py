@@ -2,16 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
-from typing import TYPE_CHECKING
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import asdict, dataclass, field
+from typing import TYPE_CHECKING, Any
 
 from rodatlas.continuation.mesh import MeshControl
 from rodatlas.continuation.newton import NewtonOptions
+from rodatlas.continuation.problem import BVP
 
 if TYPE_CHECKING:
     from rodatlas.continuation.results import Point, SpecialPoint
     from rodatlas.continuation.solution import Solution
+
+KINDS = ("fold", "branch point")
 
 
 @dataclass(frozen=True)
@@ -36,6 +39,12 @@ class StepControl:
             raise ValueError(
                 f"step: expected 0 < minimum <= initial <= maximum, got {self.minimum}, {self.initial}, {self.maximum}"
             )
+        for name, low, high in (
+            ("target", 0.0, float("inf")), ("max_correction", 0.0, float("inf")), ("min_cosine", 0.0, 1.0),
+            ("growth", 1.0, float("inf")),
+        ):  # fmt: skip
+            if not low < getattr(self, name) < high:
+                raise ValueError(f"step: expected {low} < {name} < {high}, got {getattr(self, name)}")
 
     def next_step(self, step: float, first_correction: float, iterations: int) -> float:
         """The step that follows a successful one."""
@@ -52,13 +61,15 @@ class TraceOptions:
 
     Attributes
     ----------
-    bounds : parameter or observable name -> (low, high); the branch ends exactly there.
-    zeros : observable or parameter name -> value to be located along the way.
+    bounds : free parameter or observable name -> (low, high); the branch ends exactly there.
+    zeros : free parameter or observable name -> value to be located along the way.
     locate : kinds of special points to detect.
-    index : function of a solution that returns an integer which changes by one at each simple fold and branch
-        point (the Morse index of a variational problem); it is compared with the located events.
+    index : function of a solution that returns an integer (None: unknown) which changes by one at each simple fold
+        and branch point (the Morse index of a variational problem); it is compared with the located events.
     stop_at : function of (special point, last point); True ends the branch at the special point.
     on_point : called with every accepted point (progress).
+    max_points, max_folds : limits in each direction; the branch ends at the fold that is one too many.
+    backend : 'numba' or 'scipy'; None follows the environment variable RODATLAS_BACKEND and what is installed.
     """
 
     step: StepControl = field(default_factory=StepControl)
@@ -66,10 +77,41 @@ class TraceOptions:
     newton: NewtonOptions = field(default_factory=NewtonOptions)
     bounds: Mapping[str, tuple[float, float]] = field(default_factory=dict)
     zeros: Mapping[str, float] = field(default_factory=dict)
-    locate: tuple[str, ...] = ("fold", "branch point")
+    locate: tuple[str, ...] = KINDS
     index: Callable[[Solution], int | None] | None = None
     stop_at: Callable[[SpecialPoint, Point], bool] | None = None
     on_point: Callable[[Point], None] | None = None
     max_points: int = 1000
     max_folds: int | None = None
     backend: str | None = None
+
+    def __post_init__(self) -> None:
+        for kind in self.locate:
+            if kind not in KINDS:
+                raise ValueError(f"locate: expected some of {KINDS}, got '{kind}'")
+        for name, (low, high) in self.bounds.items():
+            if not low < high:
+                raise ValueError(f"bounds: expected low < high for '{name}', got {low}, {high}")
+        if self.backend not in (None, "numba", "scipy"):
+            raise ValueError(f"backend: expected 'numba', 'scipy' or None, got '{self.backend}'")
+        if self.max_points < 1:
+            raise ValueError(f"max_points: expected at least 1, got {self.max_points}")
+
+    def check_names(self, bvp: BVP, free: Sequence[str]) -> None:
+        """Raise ValueError when a bound or zero is neither a free parameter nor an observable."""
+        known = [*free, *bvp.observables]
+        for field_name in ("bounds", "zeros"):
+            for name in getattr(self, field_name):
+                if name not in known:
+                    raise ValueError(f"{field_name}: expected one of {', '.join(known)}, got '{name}'")
+
+    def settings(self) -> dict[str, Any]:
+        """The options as plain values, for a record of the run (functions by name)."""
+        plain: dict[str, Any] = {key: asdict(getattr(self, key)) for key in ("step", "mesh", "newton")}
+        plain["bounds"] = {name: [float(v) for v in pair] for name, pair in self.bounds.items()}
+        plain["zeros"] = {name: float(v) for name, v in self.zeros.items()}
+        plain["locate"] = list(self.locate)
+        for key in ("index", "stop_at"):
+            function = getattr(self, key)
+            plain[key] = None if function is None else getattr(function, "__qualname__", type(function).__name__)
+        return plain | {key: getattr(self, key) for key in ("max_points", "max_folds", "backend")}

@@ -125,7 +125,7 @@ class BVP:
         self.parameters = {key: float(value) for key, value in parameters.items()}
         self.observables = dict(observables or {})
         self.scales = dict(scales or {})
-        _check_names(self.unknowns, self.parameters, self.scales)
+        _check_names(self.unknowns, self.parameters, self.observables, self.scales)
         self._rhs, self._boundary = rhs, boundary
         self._integrals = (integrals,) if callable(integrals) else tuple(integrals)
         self._trace()
@@ -184,7 +184,7 @@ class BVP:
         ends = ca.vertcat(left, right)
         jac = ca.jacobian(f, u)
         self.sparsity = strong_components(self.size, *_pattern(jac))
-        nonzeros = ca.vertcat(*jac.nonzeros()) if jac.nnz() else ca.SX(0, 1)
+        nonzeros = ca.vertcat(*map(ca.SX, jac.nonzeros())) if jac.nnz() else ca.SX(0, 1)
         self.traced = Traced(
             field=_function(ca, "field", [s, u, p], [f, nonzeros, ca.densify(ca.jacobian(f, p))]),
             field_second=_second(ca, "field_second", [s, u, p], f, u, p),
@@ -193,13 +193,14 @@ class BVP:
             ),
             ends_second=_second(ca, "ends_second", [ends, p], b, ends, p),
             densities=_function(
-                ca, "densities", [s, u, p], [g_all, ca.densify(ca.jacobian(g_all, u)), ca.densify(ca.jacobian(g_all, p))]
+                ca, "densities", [s, u, p],
+                [g_all, ca.densify(ca.jacobian(g_all, u)), ca.densify(ca.jacobian(g_all, p))],
             ),
             densities_second=_second(ca, "densities_second", [s, u, p], g_all, u, p),
         )
-        if self.n_free < 0:
+        if self.n_free < 1:
             raise ValueError(
-                f"boundary: expected at least {self.size - 1 - self.n_integral} conditions for {self.size} unknowns, "
+                f"boundary: expected at least {self.size - self.n_integral} conditions for {self.size} unknowns, "
                 f"got {self.n_boundary}"
             )
 
@@ -221,7 +222,8 @@ class Evaluator:
     """Evaluates one traced function at `count` points through CasADi's copy-free buffers.
 
     Inputs and outputs are NumPy arrays with the point as first axis (an input without it is repeated); matrices
-    come transposed (column-major per point). The output arrays belong to the evaluator and are overwritten by the next call.
+    come transposed (column-major per point). The output arrays belong to the evaluator and are overwritten by the
+    next call.
     """
 
     def __init__(self, function: Any, count: int):
@@ -230,9 +232,9 @@ class Evaluator:
         self._inputs = [np.zeros((count, function.numel_in(i))) for i in range(function.n_in())]
         self.outputs = [np.zeros((count, function.numel_out(i))) for i in range(function.n_out())]
         for i, array in enumerate(self._inputs):
-            self._buffer.set_arg(i, memoryview(array))
+            self._buffer.set_arg(i, array.data)
         for i, array in enumerate(self.outputs):
-            self._buffer.set_res(i, memoryview(array))
+            self._buffer.set_res(i, array.data)
 
     def __call__(self, *arguments: np.ndarray) -> list[np.ndarray]:
         for array, value in zip(self._inputs, arguments, strict=True):
@@ -257,13 +259,20 @@ class _numpy_semantics:
             self._options.setNumpyMode(self._old)
 
 
-def _check_names(unknowns: Sequence[str], parameters: Mapping[str, float], scales: Mapping[str, float]) -> None:
+def _check_names(
+    unknowns: Sequence[str],
+    parameters: Mapping[str, float],
+    observables: Mapping[str, Observable],
+    scales: Mapping[str, float],
+) -> None:
     if not unknowns:
         raise ValueError("unknowns: expected at least one name, got none")
+    if not parameters:
+        raise ValueError("parameters: expected at least one name and value, got none")
     names = [*unknowns, *parameters]
-    for name in names:
-        if not name.isidentifier() or names.count(name) > 1:
-            raise ValueError(f"unknowns, parameters: expected distinct identifiers, got '{name}'")
+    for name in (everything := [*names, *observables]):
+        if not name.isidentifier() or everything.count(name) > 1:
+            raise ValueError(f"unknowns, parameters, observables: expected distinct identifiers, got '{name}'")
     for name, value in scales.items():
         if name not in names:
             raise ValueError(f"scales: expected one of {', '.join(names)}, got '{name}'")

@@ -82,6 +82,7 @@ class SpecialPoint:
     curvature : for a fold, second derivative of the continuation parameter along the branch, scaled.
     directions : tangents through a branch point: along this branch, and along the other one.
     free, scale : free parameters and units that `directions` refer to.
+    turns : whether the continuation parameter is extreme here: at a fold, and at a pitchfork met along its side.
     """
 
     kind: str
@@ -96,6 +97,7 @@ class SpecialPoint:
     directions: tuple[Columns, ...] = field(default=(), repr=False)
     free: tuple[str, ...] = ()
     scale: Scale | None = field(default=None, repr=False)
+    turns: bool = False
 
     @property
     def label(self) -> str:

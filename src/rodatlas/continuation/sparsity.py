@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -106,7 +107,7 @@ def _tarjan(depends: list[list[int]]) -> list[list[int]]:
     return result
 
 
-def _pack(groups: list[list[tuple[int, ...]]], width: int) -> tuple[np.ndarray, np.ndarray]:
+def _pack(groups: Sequence[Sequence[tuple[int, ...]]], width: int) -> tuple[np.ndarray, np.ndarray]:
     pointer = np.concatenate([[0], np.cumsum([len(g) for g in groups])]).astype(np.int64)
     flat = np.array([item for g in groups for item in g], dtype=np.int64).reshape(-1, width)
     return pointer, np.ascontiguousarray(flat.T)

@@ -220,6 +220,7 @@ def _write_special(group: h5py.Group, special: Sequence[SpecialPoint]) -> None:
     for key in ("bracket", "tests"):
         _put(group, key, np.array([getattr(x, key) for x in special], float).reshape(-1, 2))
     _put(group, "index", _indices([i for x in special for i in x.index]).reshape(-1, 2))
+    _put(group, "turns", np.array([x.turns for x in special], bool))
     directions = group.create_group("directions")
     _put(directions, "count", np.array([len(x.directions) for x in special], np.int64))
     scale = next((x.scale for x in special if x.scale is not None), None)
@@ -241,13 +242,17 @@ def _read_special(group: h5py.Group) -> tuple[SpecialPoint, ...]:
     bracket, tests = (_get(group, key, (n, 2)).tolist() for key in ("bracket", "tests"))
     index = _get(group, "index", (n, 2))
     directions, free, scale = _read_directions(group["directions"], solutions)
-    return tuple(
-        SpecialPoint(
-            kind[i], solutions[i], arclength[i], Status[status[i]], tuple(bracket[i]), tuple(tests[i]),
-            tuple(_optional(index[i])), residual[i], curvature[i], directions[i], free, scale,
+    turns = _get(group, "turns", (n,)).tolist()
+    found = []
+    for i in range(n):
+        before, after = _optional(index[i])
+        found.append(
+            SpecialPoint(
+                kind[i], solutions[i], arclength[i], Status[status[i]], tuple(bracket[i]), tuple(tests[i]),
+                (before, after), residual[i], curvature[i], directions[i], free, scale, turns[i],
+            )
         )  # fmt: skip
-        for i in range(n)
-    )
+    return tuple(found)
 
 
 def _read_directions(

@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from rodatlas.continuation.collocation import Scale, add
-from rodatlas.continuation.events import Located, Segment, locate_events, turns_at
+from rodatlas.continuation.events import Located, Segment, locate_events, unresolved
 from rodatlas.continuation.frame import Frame, adapted, with_tests
 from rodatlas.continuation.newton import NewtonCode, fixed, newton, plane
 from rodatlas.continuation.options import TraceOptions
@@ -24,24 +24,40 @@ class Step:
     discrepancy: Discrepancy | None = None
 
 
+@dataclass(frozen=True)
+class _Trial:
+    """A corrected step: the frame reached, its distance, Newton's work, and whether it lies on a bound."""
+
+    frame: Frame
+    length: float
+    iterations: int
+    first_correction: float
+    at_bound: bool
+
+
 class Walker:
-    """Follows a branch from a frame; iterate over it, then read `end` and `newton_iterations`.
+    """Follows a branch from a frame; iterate over it, then read `end`, `failure` and `newton_iterations`.
+
+    Iteration may be broken off and taken up again; `last` is the point reached.
 
     Parameters
     ----------
     frame : Frame
         start, see :func:`rodatlas.continuation.frame.first_frame`.
     options : TraceOptions
+    arclength : float
+        of the start.
     """
 
-    def __init__(self, frame: Frame, options: TraceOptions):
+    def __init__(self, frame: Frame, options: TraceOptions, arclength: float = 0.0):
         self.options = options
         self.start = frame
         self.frame = frame
         self.end: EndReason | None = None
         self.failure: NewtonCode | None = None
         self.newton_iterations = 0
-        self.arclength = 0.0
+        self._first = self._point(frame, arclength, 0, 0.0)
+        self.last = self._first
         self._step = options.step.initial
         self._folds = 0
         self._count = 0
@@ -52,53 +68,52 @@ class Walker:
 
     def first_point(self) -> Point:
         """The start itself as a point."""
-        return self._point(self.start, 0.0, 0, 0.0)
+        return self._first
 
     def __iter__(self) -> Iterator[Step]:
-        last = self.first_point()
         while self.end is None:
-            step = self._advance(last)
+            if self._count and self._count % self.options.mesh.every == 0:
+                self._adapt()
+            step = self._advance() if self.end is None else None
             if step is None:
                 return
-            last = step.point
-            if self.options.on_point is not None:
-                self.options.on_point(last)
-            yield step
+            self.last = step.point
             self._count += 1
             if self.end is None and self._count >= self.options.max_points:
                 self.end = EndReason.POINT_LIMIT
-            if self.end is None and self._count % self.options.mesh.every == 0:
-                self._adapt()
+            if self.options.on_point is not None:
+                self.options.on_point(self.last)
+            yield step
 
     # -- one step -------------------------------------------------------------------------------------------------
 
-    def _advance(self, last: Point) -> Step | None:
+    def _advance(self) -> Step | None:
         """Take a step that Newton, the tangent and the bookkeeping accept; None when there is none."""
         control = self.options.step
         step = self._step
-        while True:
-            if step < control.minimum:
-                self.end = EndReason.MIN_STEP
+        finest = max(64 * control.minimum, 1e-3 * control.maximum)
+        while step >= control.minimum:
+            trial = self._correct(step)
+            if self.end is not None:
                 return None
-            tried = self._correct(step)
-            if tried is None:
-                step *= 0.5
-                continue
-            frame, length, iterations, first, outside = tried
-            segment = Segment(self.frame, frame, length, self.arclength)
-            events = locate_events(segment, self.options)
-            self.newton_iterations += sum(e.iterations for e in events)
-            point = self._point(frame, self.arclength + length, iterations, length)
-            discrepancy = self._unexplained(last, point, events)
-            crowded = sum(not e.special.kind.startswith("zero") for e in events) > 1
-            if (discrepancy or crowded) and step > 64 * control.minimum and step > 1e-3 * control.maximum:
-                step *= 0.5
-                continue
-            self._step = control.next_step(length if not outside else step, first, iterations)
-            return self._accept(segment, last, point, events, discrepancy, outside)
+            if trial is not None:
+                segment = Segment(self.frame, trial.frame, trial.length, self.last.arclength)
+                events = locate_events(segment, self.options)
+                self.newton_iterations += sum(e.iterations for e in events)
+                point = self._point(trial.frame, self.last.arclength + trial.length, trial.iterations, trial.length)
+                discrepancy = self._unexplained(point, events)
+                doubtful = discrepancy or unresolved(segment, events, self.options, self._step)
+                if not doubtful or step <= finest:
+                    grown = control.next_step(step if trial.at_bound else trial.length, trial.first_correction,
+                                              trial.iterations)  # fmt: skip
+                    self._step = grown
+                    return self._accept(segment, point, events, discrepancy, trial.at_bound)
+            step *= 0.5
+        self.end = EndReason.MIN_STEP
+        return None
 
-    def _correct(self, step: float) -> tuple[Frame, float, int, float, bool] | None:
-        """Predict and correct; (frame, step, iterations, first correction, at a bound) or None to try a smaller step."""
+    def _correct(self, step: float) -> _Trial | None:
+        """Predict and correct; None to try a smaller step (or, when `end` is set, to stop here)."""
         control, here = self.options.step, self.frame
         guess = here.predict(step)
         result = newton(here.colloc, guess, [plane(here.colloc, here.tangent, guess)], self.options.newton)
@@ -111,55 +126,61 @@ class Walker:
         frame = here.reached(result.state, result.factorization, step)
         if here.colloc.inner(frame.tangent, here.tangent) < control.min_cosine:
             return None
-        first = result.corrections[0]
-        crossed = self._crossed_bound(frame)
-        if crossed is not None:
-            landed = self._land(frame, step, *crossed)
-            return None if landed is None else (*landed, len(result.corrections), first, True)
-        return frame, step, len(result.corrections), first, False
-
-    def _crossed_bound(self, frame: Frame) -> tuple[str, float] | None:
-        for name, (low, high) in self.options.bounds.items():
-            value = frame.colloc.observable_row(name, frame.x)[0]
-            before = frame.colloc.observable_row(name, self.frame.x)[0]
-            tiny = 1e-12 * max(1.0, abs(high - low))
-            if value > high + tiny and value > before:
-                return name, high
-            if value < low - tiny and value < before:
-                return name, low
+        iterations, first = len(result.corrections), result.corrections[0]
+        crossed = self._crossed_bounds(frame)
+        if not crossed:
+            return _Trial(frame, step, iterations, first, False)
+        if crossed[0][0] <= 0.0:
+            self.end = EndReason.RANGE
+            return None
+        for fraction, name, bound in crossed:
+            landed = self._land(frame, step, fraction, name, bound)
+            if landed is not None and not self._crossed_bounds(landed[0]):
+                return _Trial(*landed, iterations, first, True)
         return None
 
-    def _land(self, frame: Frame, step: float, name: str, bound: float) -> tuple[Frame, float] | None:
-        """Solve for the point exactly at a bound."""
-        colloc = frame.colloc
-        a, b = (colloc.observable_row(name, f.x)[0] for f in (self.frame, frame))
-        segment = Segment(self.frame, frame, step, 0.0)
-        fraction = float(np.clip((bound - a) / (b - a), 0.0, 1.0))
+    def _crossed_bounds(self, frame: Frame) -> list[tuple[float, str, float]]:
+        """Bounds between the present frame and another: (fraction of the step, name, value), the nearest first.
+
+        The fraction is zero when the present frame already lies on the bound or outside.
+        """
+        crossed = []
+        for name, bounds in self.options.bounds.items():
+            value = frame.colloc.observable_row(name, frame.x)[0]
+            before = frame.colloc.observable_row(name, self.frame.x)[0]
+            for bound, outward in zip(bounds, (-1.0, 1.0), strict=True):
+                tiny = 1e-12 * max(1.0, abs(bound))
+                if outward * (value - bound) > tiny and outward * (value - before) > 0:
+                    inside = outward * (bound - before) > tiny
+                    crossed.append(((bound - before) / (value - before) if inside else 0.0, name, bound))
+        return sorted(crossed)
+
+    def _land(self, frame: Frame, step: float, fraction: float, name: str, bound: float) -> tuple[Frame, float] | None:
+        """Solve for the point exactly at a bound: its frame and distance."""
+        here, colloc = self.frame, frame.colloc
+        segment = Segment(here, frame, step, 0.0)
         result = newton(colloc, segment.interpolate(fraction), [fixed(name, bound)(colloc)], self.options.newton)
         self.newton_iterations += len(result.corrections)
+        if not result.converged:
+            self.failure = result.code
         if not result.converged or not segment.holds(result.state):
             return None
-        at = replace(self.frame, x=result.state)
-        normal = self.frame.tangent
-        final = newton(colloc, at.x, [plane(colloc, normal, at.x)], self.options.newton)
-        if not final.converged or final.factorization is None:
+        fac = colloc.factor(colloc.linearize(result.state), [colloc.row(here.tangent)])
+        if fac.sign == 0.0:
             return None
-        length = colloc.norm(add(result.state, (-1.0, self.frame.x)))
-        return self.frame.reached(result.state, final.factorization, max(length, 1e-14)), max(length, 1e-14)
+        length = max(colloc.norm(add(result.state, (-1.0, here.x))), 1e-14)
+        return here.reached(result.state, fac, length), length
 
     # -- bookkeeping ----------------------------------------------------------------------------------------------
 
-    def _unexplained(self, last: Point, point: Point, events: list[Located]) -> Discrepancy | None:
-        """Each fold or branch point changes the index by one: compare.
-
-        A pitchfork met along its side branch counts twice, because the branch also turns there.
-        """
+    def _unexplained(self, point: Point, events: list[Located]) -> Discrepancy | None:
+        """Each fold or branch point changes the index by one (none where the parameter turns at it): compare."""
+        last = self.last
         if last.index is None or point.index is None:
             return None
-        kinds = tuple(e.special.kind for e in events if not e.special.kind.startswith("zero"))
+        kinds = tuple(e.special.kind for e in events if e.flips)
         change = abs(point.index - last.index)
-        expected = len(kinds) + sum(turns_at(e.special) for e in events)
-        if change <= expected and (change - expected) % 2 == 0:
+        if change <= len(kinds) and (change - len(kinds)) % 2 == 0:
             return None
         name = point.solution.parameter_names[int(self.frame.colloc.free[0])]
         return Discrepancy(
@@ -168,44 +189,55 @@ class Walker:
         )  # fmt: skip
 
     def _accept(
-        self, segment: Segment, last: Point, point: Point, events: list[Located], discrepancy: Discrepancy | None,
-        outside: bool,
-    ) -> Step:  # fmt: skip
-        special = [replace(e.special, index=(last.index, point.index)) for e in events]
+        self, segment: Segment, point: Point, events: list[Located], discrepancy: Discrepancy | None, at_bound: bool
+    ) -> Step:
+        closing = None if at_bound else self._closing(segment)
+        if closing is not None:  # what lies beyond the start was found when the walk began
+            events = [e for e in events if e.fraction <= closing]
+        special = [replace(e.special, index=(self.last.index, point.index)) for e in events]
         self.frame = segment.right
-        self.arclength = point.arclength
         for i, item in enumerate(special):
             self._folds += item.kind == "fold"
             if self.options.stop_at is not None and self.options.stop_at(item, point):
-                self.end = EndReason.BRANCH_POINT
+                self.end = EndReason.BRANCH_POINT if item.kind == "branch point" else EndReason.STOPPED
             elif self.options.max_folds is not None and self._folds > self.options.max_folds:
                 self.end = EndReason.FOLD_LIMIT
             if self.end is not None:
-                return Step(self._stop_on(item, last), tuple(special[: i + 1]))
-        if outside:
+                return Step(self._stop_on(item), tuple(special[: i + 1]))
+        if at_bound:
             self.end = EndReason.RANGE
-        elif self._closes(segment):
+        elif closing is not None:
             self.end = EndReason.CLOSED
-            start = self.first_point()
-            point = replace(start, arclength=point.arclength)
+            length = closing * segment.step
+            point = replace(self._first, arclength=segment.start + length, iterations=point.iterations, step=length)
         return Step(point, tuple(special), discrepancy)
 
-    def _stop_on(self, special: SpecialPoint, last: Point) -> Point:
+    def _stop_on(self, special: SpecialPoint) -> Point:
         """The special point as last point of the branch."""
-        return replace(last, solution=special.solution, arclength=special.arclength, fold_test=0.0, branch_test=0.0)
+        return replace(
+            self.last, solution=special.solution, arclength=special.arclength, fold_test=0.0, branch_test=0.0,
+            iterations=0, step=special.arclength - self.last.arclength,
+        )  # fmt: skip
 
-    def _closes(self, segment: Segment) -> bool:
-        """Whether the start lies on the segment just walked, passed in the same direction."""
-        start, here = self.start, segment.left
+    def _closing(self, segment: Segment) -> float | None:
+        """Fraction of the segment at which it passes the start again, in the same direction; else None.
+
+        A near miss is not enough: the branch is corrected in the plane through the start and has to meet it.
+        """
+        start, here, colloc = self.start, segment.left, segment.colloc
         if self._count < 3 or np.abs(start.x.scalars - here.x.scalars).max() > 2 * segment.step:
-            return False
-        ends = np.abs(start.x.mesh[[0, -1]] - here.x.mesh[[0, -1]]).max()
-        if ends > 20 * segment.step:
-            return False
-        x0 = start.colloc.interpolate(start.x, segment.colloc)
-        t0 = start.colloc.interpolate(start.tangent, segment.colloc)
+            return None
+        if np.abs(start.x.mesh[[0, -1]] - here.x.mesh[[0, -1]]).max() > 20 * segment.step:
+            return None
+        x0 = start.colloc.interpolate(start.x, colloc)
+        t0 = start.colloc.interpolate(start.tangent, colloc)
         fraction, off = segment.position(x0)
-        return 0.0 < fraction <= 1.0 and off < 0.05 and segment.colloc.inner(t0, segment.direction(fraction)) > 0.95
+        if not 0.0 < fraction <= 1.0 or off > 0.05 or colloc.inner(t0, segment.direction(fraction)) < 0.95:
+            return None
+        met = newton(colloc, segment.interpolate(fraction), [plane(colloc, t0, x0)], self.options.newton)
+        self.newton_iterations += len(met.corrections)
+        missed = colloc.norm(add(met.state, (-1.0, x0)))
+        return fraction if met.converged and missed < 1e-3 * segment.step + 100 * self.options.mesh.tolerance else None
 
     def _point(self, frame: Frame, arclength: float, iterations: int, step: float) -> Point:
         solution = frame.colloc.solution(frame.x, frame.error)
@@ -216,10 +248,10 @@ class Walker:
         )  # fmt: skip
 
     def _adapt(self) -> None:
+        control, before = self.options.mesh, len(self.frame.colloc.step)
         self.frame, spent = adapted(self.frame, self.options)
         self.newton_iterations += spent
-        control = self.options.mesh
-        at_limit = len(self.frame.colloc.step) >= control.intervals[1] and not control.is_fixed_size
+        at_limit = before >= control.intervals[1] and not control.is_fixed_size
         if at_limit and self.frame.error > 10 * control.tolerance:
             self.end = EndReason.MESH_LIMIT
 

@@ -68,7 +68,7 @@ class IndexResult:
     Attributes
     ----------
     index : int
-        Number of conjugate points in (0, 1), with multiplicity; -1 if it could not be counted.
+        Number of conjugate points in (0, 1), with multiplicity; -1 if it could not be counted (see `reason`).
     margin : float
         Sine, in [0, 1], of the smallest angle between L(1) and {q = 0} in the units of the rod: the length
         of its shortest wave, and the moment that goes with it. It is 0 at a fold or a branch point. Directions
@@ -222,10 +222,8 @@ def _angle_error(steps: Array, softness: float, force: Array, moment: Array, str
     return SAFETY * float(np.sum(phase**7)) / 100800.0
 
 
-def _doubt(definite: bool, too_long: int, defect: float, uncontrolled: int, margin: float, error: float) -> str:
+def _doubt(too_long: int, defect: float, uncontrolled: int, margin: float, error: float) -> str:
     """Why a count is not safe, or an empty string."""
-    if not definite:
-        return "The compliance is not positive semidefinite: the energy is not convex in the strain here."
     if too_long or error > COARSE_ERROR:
         return "The steps are too long for the force and moment: use more per interval, or a finer mesh."
     if not defect < LAGRANGIAN_TOLERANCE:
@@ -276,11 +274,14 @@ def morse_index(
     steps, edges = _steps_of(s)
     force, moment, strain = _checked(s, force=force, moment=moment, strain=strain)
     compliance, definite = _compliances(compliance, s.size)
+    if not definite:
+        reason = "The compliance is not positive semidefinite: the energy is not convex, and no index is finite."
+        return IndexResult(-1, 0.0, np.empty(0), 0, np.inf, False, reason)
 
     # Units of the rod: with softness c (mean of the two larger compliances) and wave number k, lengths by 1/k and
     # moments by k/c make every coefficient of order one; the stretch divides the unit of moment once more.
     _, tableau, weights = _gauss_method(STAGES)
-    density = np.repeat(steps, STAGES) / STAGES
+    density = np.outer(steps, weights @ tableau).ravel()
     softness = 0.5 * float(density @ np.trace(compliance, axis1=1, axis2=2))
     wave = np.sqrt(softness * (density @ np.linalg.norm(force, axis=1))) + density @ np.linalg.norm(strain, axis=1)
     wave = max(float(wave), 1.0)
@@ -302,6 +303,6 @@ def morse_index(
         return IndexResult(-1, 0.0, np.empty(0), int(uncontrolled), error, False, reason)
     sines = _angles_at_end(frame)
     margin = float(sines[5 - uncontrolled]) if uncontrolled < 6 else 0.0
-    doubt = _doubt(definite, too_long, defect, uncontrolled, margin, error)
+    doubt = _doubt(too_long, defect, uncontrolled, margin, error)
     points = np.repeat(0.5 * (edges[1:] + edges[:-1]), counts)
     return IndexResult(int(counts.sum()), margin, points, int(uncontrolled), error, not doubt, doubt)

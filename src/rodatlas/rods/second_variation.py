@@ -218,7 +218,8 @@ def _discrete_spectrum(q: Array, rod: _Rod, pull: Array) -> tuple[Array, float, 
         moved = q.copy()
         moved[1:-1] += np.einsum("ik,ika->ia", step.reshape(-1, 3), basis)
         q = moved / np.linalg.norm(moved, axis=1)[:, None]
-    return n * np.linalg.eigvalsh(on_null), residual, deficiency, float(np.abs(q - start).max())
+    eigenvalues = np.asarray(n * np.linalg.eigvalsh(on_null), dtype=np.float64)
+    return eigenvalues, residual, deficiency, float(np.abs(q - start).max())
 
 
 def _resample(s: Array, quaternion: Array, strain: Array, n: int) -> Array:

@@ -1,0 +1,5 @@
+"""The command line: `rodatlas slice`, `rodatlas solve`."""
+
+from rodatlas.cli.app import main
+
+__all__ = ["main"]

@@ -1,0 +1,91 @@
+"""Commands and how errors reach the user: one line on stderr and exit code 2."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Sequence
+from typing import Annotated
+
+import typer
+
+from rodatlas import __version__
+
+app = typer.Typer(
+    help="Equilibria, stability and bifurcations of clamped elastic bands.",
+    no_args_is_help=False,
+    add_completion=False,
+    pretty_exceptions_enable=False,
+)
+
+Angle = Annotated[str, typer.Option("--angle", help="Clamp angle psi0 in degrees, 0 <= angle < 90.")]
+Compression = Annotated[str, typer.Option(help="dL; the ends are 1 - dL apart along x.")]
+Poisson = Annotated[str, typer.Option(help="Poisson's ratio of the band.")]
+Tolerance = Annotated[str, typer.Option("--tol", help="Largest error at mesh points, relative to each unknown's scale.")]
+
+
+@app.callback(invoke_without_command=True)
+def root(
+    context: typer.Context,
+    version: Annotated[bool, typer.Option("--version", help="Print the version and exit.")] = False,
+) -> None:
+    """Equilibria, stability and bifurcations of clamped elastic bands."""
+    if version:
+        print(__version__)
+        raise typer.Exit
+    if context.invoked_subcommand is None:
+        print(context.get_help())
+
+
+@app.command("slice")
+def slice_command(
+    angle: Angle,
+    compression: Compression = "0.5",
+    poisson: Poisson = "0.25",
+    shear_max: Annotated[str, typer.Option(help="Largest shear dD; by default 0.82 at dL = 0.5, in proportion to the limit at others.")] = "",
+    tol: Tolerance = "1e-8",
+    out: Annotated[str, typer.Option(help="Folder for figures and data.")] = "out",
+    json_to: Annotated[str, typer.Option("--json", help="Also write the result as JSON to a file, or to - (stdout).")] = "",
+) -> None:
+    """Follow all equilibria at one clamp angle as the shear varies: table, figures and data."""
+    from rodatlas.cli.slice import run
+
+    run(angle, compression, poisson, shear_max, tol, out, json_to)
+
+
+@app.command("solve")
+def solve_command(
+    angle: Angle,
+    shear: Annotated[str, typer.Option(help="Shear dD.")],
+    state: Annotated[str, typer.Option(help="Name of the state: U, US+, US-, uUu, w, W, WS+, WS-, uUui, S+, S-.")],
+    out: Annotated[str, typer.Option(help="File for the solution; .h5 and .csv are written.")],
+    compression: Compression = "0.5",
+    poisson: Poisson = "0.25",
+    tol: Tolerance = "1e-8",
+) -> None:
+    """Compute one named stable state and print its observables."""
+    from rodatlas.cli.solve import run
+
+    run(angle, shear, state, out, compression, poisson, tol)
+
+
+def main(arguments: Sequence[str] | None = None) -> None:
+    """Entry point: wrong input is one line and exit code 2, an interrupt is exit code 130."""
+    command = typer.main.get_command(app)
+    try:
+        code = command(args=list(arguments) if arguments is not None else None, prog_name="rodatlas",
+                       standalone_mode=False)  # fmt: skip
+        sys.exit(code if isinstance(code, int) else 0)
+    except (KeyboardInterrupt, typer.Abort):
+        sys.exit(130)
+    except ValueError as error:
+        _fail(str(error))
+    except Exception as error:
+        # wrong usage comes as an exception that formats its own message
+        if hasattr(error, "format_message"):
+            _fail(error.format_message())
+        raise
+
+
+def _fail(message: str) -> None:
+    print(f"rodatlas: {' '.join(message.split())}", file=sys.stderr)
+    sys.exit(2)

@@ -1,0 +1,82 @@
+"""What the commands share: reading numbers, progress, tables, output files."""
+
+from __future__ import annotations
+
+import os
+import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from rich.console import Console
+from rich.progress import BarColumn, Progress, SpinnerColumn, TextColumn, TimeElapsedColumn
+
+if TYPE_CHECKING:
+    from rodatlas.atlas.follow import Progress as Report
+    from rodatlas.atlas.settings import SliceSettings
+
+
+def number(field: str, text: str) -> float:
+    """A float from text, or a ValueError that names the field."""
+    try:
+        return float(text)
+    except ValueError:
+        raise ValueError(f"{field}: expected a number, got '{text}'") from None
+
+
+def settings_from(angle: str, compression: str, poisson: str, tol: str, shear_max: str = "") -> SliceSettings:
+    """Settings of a slice from the texts that the user typed; an empty shear_max stands for the default."""
+    from rodatlas.atlas.settings import SliceSettings, default_shear_max
+
+    held = number("compression", compression)
+    return SliceSettings(
+        number("angle", angle), held, number("poisson", poisson),
+        number("shear-max", shear_max) if shear_max else default_shear_max(held), tolerance=number("tol", tol),
+    )  # fmt: skip
+
+
+def writable_folder(text: str, field: str = "out") -> Path:
+    """A folder that exists (made when missing) and can be written to."""
+    folder = Path(text)
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        probe = folder / f".rodatlas-{os.getpid()}"
+        probe.touch()
+        probe.unlink()
+    except OSError as error:
+        raise ValueError(f"{field}: expected a folder that can be written, got '{text}' ({error.strerror})") from None
+    return folder
+
+
+@contextmanager
+def progress_bar(title: str) -> Iterator[Report]:
+    """A bar on stderr; without a terminal, one line per branch."""
+    console = Console(stderr=True)
+    if not console.is_terminal:
+        yield _lines()
+        return
+    columns = (
+        SpinnerColumn(), TextColumn("{task.fields[title]}"), BarColumn(24), TextColumn("{task.fields[message]}"),
+        TimeElapsedColumn(),
+    )  # fmt: skip
+    with Progress(*columns, console=console, transient=True) as bar:
+        task = bar.add_task("", total=None, title=title, message="loading")
+
+        def report(message: str, done: int, pending: int) -> None:
+            bar.update(task, completed=done, total=done + pending + 1, message=message)
+
+        yield report
+
+
+def _lines() -> Report:
+    last = ""
+
+    def report(message: str, done: int, pending: int) -> None:
+        nonlocal last
+        head = message.split(":")[0]
+        if head != last:
+            last = head
+            print(f"  {head}", file=sys.stderr, flush=True)
+
+    return report

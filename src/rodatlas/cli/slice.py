@@ -1,0 +1,101 @@
+"""`rodatlas slice`: compute, print the table of stable states, write figures and data."""
+
+from __future__ import annotations
+
+import json
+import sys
+from pathlib import Path
+
+from rich.console import Console
+from rich.table import Table
+
+from rodatlas.cli.common import progress_bar, settings_from, writable_folder
+
+
+def run(
+    angle: str, compression: str, poisson: str, shear_max: str, tol: str, out: str, json_to: str
+) -> None:
+    """The command; texts come as typed and are checked here."""
+    settings = settings_from(angle, compression, poisson, tol, shear_max)
+    folder = writable_folder(out)
+    json_file = _json_target(json_to)
+    from rodatlas.atlas.slice import compute_slice
+    from rodatlas.atlas.store import FolderCache, write_text
+
+    stem = f"slice-{settings.angle_deg:g}"
+    cache = FolderCache(folder / stem, settings)
+    if len(cache):
+        print(f"resuming: {len(cache)} finished branches in {cache.folder}", file=sys.stderr)
+    try:
+        with progress_bar(f"slice at {settings.angle_deg:g} deg") as report:
+            found = compute_slice(settings, cache, report)
+            report("figures", len(found.branches), 0)
+            figures = _figures(found, folder, stem)
+    except KeyboardInterrupt:
+        print(f"interrupted: {len(cache)} finished branches are kept in {cache.folder}; the same command resumes",
+              file=sys.stderr)  # fmt: skip
+        raise
+    text = json.dumps(found.to_json(), indent=1) + "\n"
+    data = folder / f"{stem}.json"
+    write_text(data, text)
+    console = Console(stderr=json_to == "-")
+    console.print(_table(found))
+    for warning in found.warnings:
+        console.print(f"warning: {warning}", style="yellow", markup=False)
+    console.print(
+        f"{len(found.branches)} branches in {found.seconds:.1f} s; wrote {', '.join(str(f) for f in [*figures, data])} "
+        f"and the branches in {cache.folder}/",
+        highlight=False, soft_wrap=True,
+    )  # fmt: skip
+    if json_to == "-":
+        sys.stdout.write(text)
+    elif json_file is not None:
+        write_text(json_file, text)
+
+
+def _json_target(text: str) -> Path | None:
+    """The file for --json, checked before any work is done."""
+    if text in ("", "-"):
+        return None
+    path = Path(text)
+    if path.is_dir():
+        raise ValueError(f"json: expected a file name or -, got the folder '{text}'")
+    writable_folder(str(path.parent), "json")
+    return path
+
+
+def _figures(found, folder: Path, stem: str) -> list[Path]:  # type: ignore[no-untyped-def]
+    from rodatlas.atlas.coexisting import coexisting_states
+    from rodatlas.plot.diagram import draw_slice_figure
+    from rodatlas.plot.profiles import draw_profiles
+    from rodatlas.plot.style import save_figure
+
+    written = [*save_figure(draw_slice_figure(found), folder / f"{stem}-diagram")]
+    written += save_figure(draw_profiles(coexisting_states(found)), folder / f"{stem}-profiles")
+    return written
+
+
+def _table(found) -> Table:  # type: ignore[no-untyped-def]
+    """Stable states: name, range of shear and of height, and what ends each."""
+    table = Table(
+        title=f"Stable states at angle {found.settings.angle_deg:g} deg, dL = {found.settings.compression:g}, "
+        f"nu = {found.settings.poisson:g}"
+    )
+    for name, side in (("state", "left"), ("shear", "right"), ("height", "right"), ("begins at", "left"),
+                       ("ends at", "left")):  # fmt: skip
+        table.add_column(name, justify=side)  # type: ignore[arg-type]
+    for s in found.states:
+        table.add_row(
+            s.name, f"{s.low.shear:.5f} .. {s.high.shear:.5f}", f"{s.low.height:.5f} .. {s.high.height:.5f}",
+            _end_text(s.low), _end_text(s.high),
+        )  # fmt: skip
+    return table
+
+
+def _end_text(end) -> str:  # type: ignore[no-untyped-def]
+    if end.kind == "range":
+        return "range"
+    if end.kind == "smooth":
+        return "smooth change of shape"
+    number_text = f" {end.number}" if end.number is not None else ""
+    return f"{end.kind}{number_text}, {'snaps' if end.snap else 'no snap'}"

@@ -1,0 +1,75 @@
+"""`rodatlas solve`: one named state, its observables, and its files."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+from rich.console import Console
+from rich.table import Table
+
+from rodatlas.cli.common import number, progress_bar, settings_from, writable_folder
+from rodatlas.rods.ends import Ends
+
+
+def run(angle: str, shear: str, state: str, out: str, compression: str, poisson: str, tol: str) -> None:
+    """The command; texts come as typed and are checked here."""
+    value = number("shear", shear)
+    settings = settings_from(angle, compression, poisson, tol)
+    Ends(settings.angle_deg, settings.compression, value)
+    path = _target(out)
+    from rodatlas.atlas.reach import reach, split_name
+
+    split_name(state)
+    with progress_bar(f"{state} at {settings.angle_deg:g} deg, shear {value:g}") as report:
+        solution, _ = reach(settings, state, value, progress=report)
+    solution.save(path)
+    table = path.with_suffix(".csv")
+    write_csv(table, solution)
+    console = Console()
+    console.print(_table(state, solution))
+    console.print(f"wrote {path} and {table}", highlight=False, soft_wrap=True)
+
+
+def _target(text: str) -> Path:
+    """The HDF5 file, checked before any work is done."""
+    path = Path(text)
+    if path.is_dir():
+        raise ValueError(f"out: expected a file name, got the folder '{text}'")
+    writable_folder(str(path.parent))
+    return path.with_suffix(".h5")
+
+
+def write_csv(path: Path, solution) -> None:  # type: ignore[no-untyped-def]
+    """Unknowns at 201 equidistant s, with the parameters in comment lines."""
+    s = np.linspace(0.0, 1.0, 201)
+    head = [f"{k} = {v:.12g}" for k, v in zip(solution.parameter_names, solution.parameters, strict=True)]
+    head += [f"{k} = {v:.12g}" for k, v in solution.observables.items()]
+    head += ["lengths in L, forces in GJ/L^2, moments in GJ/L; body components", ",".join(["s", *solution.unknowns])]
+    np.savetxt(path, np.column_stack([s, solution(s)]), delimiter=",", header="\n".join(head), fmt="%.12g")
+
+
+def _table(name: str, solution) -> Table:  # type: ignore[no-untyped-def]
+    from rodatlas.rods.stability import index_of
+    from rodatlas.rods.state import RodState
+
+    rod, index = RodState(solution), index_of(solution)
+    bending, twist = rod.energy_parts
+    drift = {k: float(np.ptp(v)) for k, v in rod.first_integrals.items()}
+    rows = [
+        ("state", name),
+        ("height int y ds", f"{rod.height:.9f} L"),
+        ("energy", f"{rod.energy:.9f} GJ/L = {bending:.6f} bending + {twist:.6f} twist"),
+        ("N(0), body", " ".join(f"{x:.8f}" for x in rod.force[0]) + " GJ/L^2"),
+        ("M(0), body", " ".join(f"{x:.8f}" for x in rod.moment[0]) + " GJ/L"),
+        ("Morse index", f"{index.index} ({'stable' if index.index == 0 else 'unstable'}; distance to singular "
+                        f"{index.margin:.2e}){'' if index.trusted else ' not trusted: ' + index.reason}"),
+        ("reversal-symmetric", "yes" if rod.symmetric else "no"),
+        ("inflections", f"{rod.inflections['k1']} of k1, {rod.inflections['tau']} of tau"),
+        ("estimated error", f"{solution.error:.1e} of each unknown's scale, {solution.intervals} intervals"),
+        ("drift of first integrals", ", ".join(f"{k}: {v:.1e}" for k, v in drift.items())),
+    ]  # fmt: skip
+    table = Table(show_header=False)
+    for row in rows:
+        table.add_row(*row)
+    return table
