@@ -12,6 +12,7 @@ from rodatlas.atlas.segments import Bound, Segment, stable_segments
 from rodatlas.atlas.settings import SliceSettings
 from rodatlas.continuation import Solution, SpecialPoint
 from rodatlas.continuation.events import turns_at
+from rodatlas.rods.symmetry import is_symmetric
 from rodatlas.states.names import NAMES, name_parts
 
 SCHEMA = "rodatlas/slice/1"
@@ -153,6 +154,8 @@ def _bare_events(followed: Followed, frontier: Frontier) -> tuple[Event, ...]:
         if special.kind not in ("fold", "branch point"):
             continue
         pitchfork = special.kind == "branch point" and _is_pitchfork(special)
+        if pitchfork and _turns(followed, special) and special.index[1] is None:
+            special = replace(special, index=(special.index[0],) * 2)  # beyond it lies the reversed branch
         criticality = _criticality(special, frontier) if pitchfork else None
         events.append(Event("pitchfork" if pitchfork else special.kind, special, None, criticality))
     return tuple(events)
@@ -162,7 +165,12 @@ def _is_pitchfork(special: SpecialPoint) -> bool:
     """One of the two curves through the point has no component along the continuation parameter."""
     if len(special.directions) < 2:
         return False
-    return turns_at(special) or abs(special.directions[1].scalars[0]) < 1e-3
+    return any(abs(d.scalars[0]) < 1e-3 for d in special.directions)
+
+
+def _turns(followed: Followed, special: SpecialPoint) -> bool:
+    """Whether a branch is the side branch at a pitchfork: the shear turns, or its broken symmetry is restored."""
+    return turns_at(special) or (not followed.symmetric and is_symmetric(special.solution))
 
 
 def _criticality(special: SpecialPoint, frontier: Frontier) -> str | None:
@@ -170,19 +178,20 @@ def _criticality(special: SpecialPoint, frontier: Frontier) -> str | None:
 
     The curves are this point's branch, the branches that start here and those that were met here by others.
     """
-    passing: set[int | None] = set()
-    turning: set[int | None] = set()
+    passing: set[int] = set()
+    turning: set[int] = set()
     for f in frontier.branches:
         for number, other in enumerate(f.branch.special):
             if other.kind != "branch point" or not same_state(other.solution, special.solution):
                 continue
-            turns = turns_at(other)
-            (turning if turns else passing).update(other.index)
-            starting = [g.branch.points[1].index for g in frontier.branches if g.origin == (f.id, number)]
+            turns = _turns(f, other)
+            (turning if turns else passing).update(i for i in other.index if i is not None)
+            first = [g.branch.points[1].index for g in frontier.branches if g.origin == (f.id, number)]
+            starting = [i for i in first if i is not None]
             (passing if turns else turning).update(starting)
-    if None in passing | turning or len(passing) != 2 or len(turning) != 1:
+    if len(passing) != 2 or len(turning) != 1:
         return None
-    return "super" if turning == {min(passing)} else "sub"  # type: ignore[type-var]
+    return "super" if turning == {min(passing)} else "sub"
 
 
 def _origin(followed: Followed, branches: list[SliceBranch]) -> SpecialPoint | None:

@@ -202,8 +202,9 @@ class Walker:
                 self.end = EndReason.BRANCH_POINT if item.kind == "branch point" else EndReason.STOPPED
             elif self.options.max_folds is not None and self._folds > self.options.max_folds:
                 self.end = EndReason.FOLD_LIMIT
-            if self.end is not None:
-                return Step(self._stop_on(item), tuple(special[: i + 1]))
+            if self.end is not None:  # what lies beyond is not part of the branch
+                met = replace(item, index=(self.last.index, None))
+                return Step(self._stop_on(item), (*special[:i], met))
         if at_bound:
             self.end = EndReason.RANGE
         elif closing is not None:

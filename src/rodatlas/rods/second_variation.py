@@ -53,7 +53,7 @@ MAX_NEWTON = 15
 # A discrete equilibrium further than this from the sampled state (chord of the quaternions) is another one.
 MAX_DEPARTURE = 0.1
 COARSE_DEPARTURE = 0.5
-# Singular values of the constraints below this fraction of the largest count as zero.
+# Pivots of the constraints below this fraction of the largest count as zero.
 RANK_TOLERANCE = 1e-9
 
 
@@ -184,11 +184,18 @@ def _reduced(q: Array, multipliers: Array, rod: _Rod) -> tuple[Array, Array, Arr
 
 
 def _split(jacobian: Array) -> tuple[Array, Array, int]:
-    """Pseudo-inverse (N, m), orthonormal basis (N, k) of the null space, and rank deficiency of the constraints."""
-    u, sizes, v = np.linalg.svd(jacobian)
+    """A right inverse (N, m), an orthonormal basis (N, k) of the null space, and the rank deficiency of `jacobian`.
+
+    From the QR factors of its transpose with column pivoting. Dependent rows have zeros in the inverse.
+    """
+    from scipy.linalg import qr, solve_triangular
+
+    factor, triangle, order = qr(jacobian.T, pivoting=True)
+    sizes = np.abs(np.diagonal(triangle))
     rank = int(np.sum(sizes > RANK_TOLERANCE * sizes[0]))
-    inverse: Array = v[:rank].T @ (u[:, :rank] / sizes[:rank]).T
-    return inverse, v[rank:].T, len(sizes) - rank
+    inverse = np.zeros(jacobian.T.shape)
+    inverse[:, order[:rank]] = solve_triangular(triangle[:rank, :rank], factor[:, :rank].T).T
+    return inverse, factor[:, rank:], len(sizes) - rank
 
 
 def _discrete_spectrum(q: Array, rod: _Rod, pull: Array) -> tuple[Array, float, int, float]:
@@ -213,7 +220,7 @@ def _discrete_spectrum(q: Array, rod: _Rod, pull: Array) -> tuple[Array, float, 
         if residual < NEWTON_TOLERANCE or not residual < 1e3 * previous:
             break
         step = -inverse @ values
-        step -= null @ np.linalg.lstsq(on_null, null.T @ (gradient + hessian @ step), rcond=1e-13)[0]
+        step -= null @ np.linalg.solve(on_null, null.T @ (gradient + hessian @ step))
         multipliers -= inverse.T @ (gradient + hessian @ step)
         moved = q.copy()
         moved[1:-1] += np.einsum("ik,ika->ia", step.reshape(-1, 3), basis)
