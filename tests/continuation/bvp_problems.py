@@ -67,7 +67,7 @@ def van_der_pol() -> BVP:
         lambda s, u, p: [p.T * u.v, p.T * (p.mu * (1 - u.x**2) * u.v - u.x)],
         lambda left, right, p: [left.x - right.x, left.v - right.v],
         lambda s, u, p: u.x * 2 * np.pi * np.cos(2 * np.pi * s),
-        unknowns=("x", "v"), parameters={"mu": 0.1, "T": 6.3}, scales={"T": 6.0},
+        unknowns=("x", "v"), parameters={"mu": 0.5, "T": 6.4}, scales={"T": 6.0},
         name="van der pol",
     )  # fmt: skip
 

@@ -27,9 +27,14 @@ from rodatlas.continuation.linear import Blocks, Columns, Factorization
 
 @dataclass(frozen=True)
 class Augmented:
-    """Outcome of Newton on an augmented system; `vectors` span the kernel (one at a fold, two at a branch point).
+    """Outcome of Newton on an augmented system.
 
-    `form` is the quadratic form w.F''[v_i, v_j] of the reduced equation on the kernel.
+    Attributes
+    ----------
+    vectors : span the kernel (one at a fold, two at a branch point).
+    form : the quadratic form w.F''[v_i, v_j] of the reduced equation on the kernel.
+    residual : size of the last correction; unfolding : beta.
+    correction : the last correction; column : b, at a branch point.
     """
 
     converged: bool
@@ -39,6 +44,8 @@ class Augmented:
     residual: float
     iterations: int
     unfolding: float = 0.0
+    correction: Columns | None = None
+    column: Blocks | None = None
 
 
 def solve_fold(
@@ -47,7 +54,7 @@ def solve_fold(
     """Newton for F = 0, v_lambda = 0 from a state near a fold of the first free parameter."""
     row = colloc.row(tangent)
     k = len(colloc.free)
-    v, form, residual = tangent, np.nan, np.inf
+    v, form, residual, dx = tangent, np.nan, np.inf, None
     for i in range(max_iterations):
         lin = colloc.linearize(x)
         fac = colloc.factor(lin, [row])
@@ -67,20 +74,24 @@ def solve_fold(
         form = slope / colloc.inner(v, v)
         converged, residual = _settled(residual, size, tolerance)
         if converged or size > 10.0:
-            return Augmented(converged, x, (v,), np.array([[form]]), size, i + 1)
-    return Augmented(False, x, (v,), np.array([[form]]), residual, max_iterations)
+            return Augmented(converged, x, (v,), np.array([[form]]), size, i + 1, correction=dx)
+    return Augmented(False, x, (v,), np.array([[form]]), residual, max_iterations, correction=dx)
 
 
 def solve_branch_point(
-    colloc: Collocation, x: Columns, tangent: Columns, tolerance: float = 1e-9, max_iterations: int = 10
-) -> Augmented:
-    """Newton for F + beta b = 0, g = 0 from a state near a simple branch point on the branch with this tangent."""
+    colloc: Collocation, x: Columns, tangent: Columns, tolerance: float = 1e-9, max_iterations: int = 10,
+    border: tuple[list[Row], Blocks] | None = None,
+) -> Augmented:  # fmt: skip
+    """Newton for F + beta b = 0, g = 0 from a state near a simple branch point on the branch with this tangent.
+
+    The border (rows C and column b) is found by inverse iteration unless it is given.
+    """
     k = len(colloc.free)
-    border = _borders(colloc, x, tangent)
+    border = border or _borders(colloc, x, tangent)
     if border is None:
         return Augmented(False, x, (tangent,), np.full((2, 2), np.nan), np.inf, 0)
     rows, column = border
-    beta, residual = 0.0, np.inf
+    beta, residual, dx = 0.0, np.inf, None
     vectors: tuple[Columns, ...] = (tangent,)
     form = np.full((2, 2), np.nan)
     for i in range(max_iterations):
@@ -106,8 +117,8 @@ def solve_branch_point(
         size = colloc.norm(dx)
         converged, residual = _settled(residual, size, tolerance)
         if converged or size > 10.0:
-            return Augmented(converged, x, vectors, form, size, i + 1, beta)
-    return Augmented(False, x, vectors, form, residual, max_iterations, beta)
+            return Augmented(converged, x, vectors, form, size, i + 1, beta, dx, column)
+    return Augmented(False, x, vectors, form, residual, max_iterations, beta, dx, column)
 
 
 def branch_directions(colloc: Collocation, found: Augmented, tangent: Columns) -> tuple[Columns, ...]:

@@ -13,6 +13,7 @@ from rodatlas.continuation.frame import Frame
 from rodatlas.continuation.linear import Columns
 from rodatlas.continuation.newton import fixed, newton, plane
 from rodatlas.continuation.options import TraceOptions
+from rodatlas.continuation.refine import refined
 from rodatlas.continuation.results import SpecialPoint, Status
 
 
@@ -147,8 +148,8 @@ def _locate_fold(segment: Segment, options: TraceOptions) -> Located:
     def attempt(x: Columns, t: Columns) -> Augmented:
         return solve_fold(segment.colloc, x, t)
 
-    found, _, bracket, spent = _attempts(segment, options, attempt, lambda frame: frame.fold_test, a / (a - b))
-    return _record(segment, "fold", found, (a, b), bracket, spent, turns=True)
+    found, tangent, bracket, spent = _attempts(segment, options, attempt, lambda frame: frame.fold_test, a / (a - b))
+    return _record(segment, options, "fold", found, tangent, (a, b), bracket, spent)
 
 
 def _locate_branch_point(segment: Segment, options: TraceOptions) -> Located:
@@ -161,12 +162,7 @@ def _locate_branch_point(segment: Segment, options: TraceOptions) -> Located:
 
     guess = float(np.clip(a / (a - b), 0.05, 0.95))
     found, tangent, bracket, spent = _attempts(segment, options, attempt, lambda frame: frame.branch_test[0], guess)
-    directions: tuple[Columns, ...] = (tangent,)
-    turns = False
-    if found.converged:
-        directions = branch_directions(segment.colloc, found, tangent)
-        turns = abs(directions[0].scalars[0]) < 1e-3 * max(np.abs(segment.fold_tests)) + 1e-9
-    return _record(segment, "branch point", found, (a, b), bracket, spent, directions, turns)
+    return _record(segment, options, "branch point", found, tangent, (a, b), bracket, spent)
 
 
 def _attempts(
@@ -226,17 +222,29 @@ def _locate_zero(segment: Segment, name: str, value: float, options: TraceOption
     converged = result.converged and segment.holds(result.state)
     state = result.state if converged else segment.interpolate(guess)
     found = Augmented(converged, state, (), np.full((1, 1), np.nan), result.estimate, len(result.corrections))
-    return _record(segment, f"zero of {name}", found, (a, b), (0.0, 1.0), found.iterations)
+    tangent = segment.direction(guess)
+    return _record(segment, options, f"zero of {name}", found, tangent, (a, b), (0.0, 1.0), found.iterations)
 
 
 def _record(
-    segment: Segment, kind: str, found: Augmented, tests: tuple[float, float], bracket: tuple[float, float], spent: int,
-    directions: tuple[Columns, ...] = (), turns: bool = False,
+    segment: Segment, options: TraceOptions, kind: str, found: Augmented, tangent: Columns,
+    tests: tuple[float, float], bracket: tuple[float, float], spent: int,
 ) -> Located:  # fmt: skip
-    colloc = segment.colloc
+    """The special point, a fold or branch point on a mesh that resolves its kernel too."""
+    colloc, error = segment.colloc, segment.right.error
     fraction = float(np.clip(segment.position(found.state)[0], 0.0, 1.0))
+    directions: tuple[Columns, ...] = ()
+    turns = kind == "fold"
+    if found.converged and found.vectors and not options.mesh.is_fixed_size:
+        before = found.iterations
+        colloc, found, error = refined(colloc, found, tangent, options.mesh)
+        spent += found.iterations - before
+        tangent = segment.colloc.interpolate(tangent, colloc)
+    if kind == "branch point":
+        directions = branch_directions(colloc, found, tangent) if found.converged else (tangent,)
+        turns = found.converged and abs(directions[0].scalars[0]) < 1e-3 * max(np.abs(segment.fold_tests)) + 1e-9
     special = SpecialPoint(
-        kind, colloc.solution(found.state, segment.right.error), segment.start + fraction * segment.step,
+        kind, colloc.solution(found.state, error), segment.start + fraction * segment.step,
         Status.CONVERGED if found.converged else Status.BRACKETED,
         (segment.start + bracket[0] * segment.step, segment.start + bracket[1] * segment.step), tests,
         residual=found.residual, curvature=float(found.form[0, 0]) if kind == "fold" else float("nan"),

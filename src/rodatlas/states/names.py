@@ -3,8 +3,9 @@
 A stable segment is a stretch of a branch on which every state is stable. The rules, in order:
 
 * reversal-symmetric, containing dD = 0: `U` where the height is positive there, `W` where it is negative;
-* other symmetric segments: `uUu` where the middle is bent as in U (k1(1/2) > 0); where it is bent the other way, `w`
-  while the dimple deepens with shear (k1(1/2) falls) and `uUui` while it is pulled flat;
+* other symmetric segments, by the middle at their high-shear end: `uUu` where it is bent as in U (k1(1/2) > 0);
+  where it is bent the other way, `w` if that dimple has deepened with shear (k1(1/2) fell) and `uUui` if it was
+  pulled flat;
 * a segment that starts as U and goes on without a bifurcation through a dimple is cut at these changes of shape into
   U, w and uUui (the paper's U-w and U-w-uUui); the cuts are ends of kind 'smooth';
 * reversal-broken: `US+-` above the clamp plane, `WS+-` below it, `S+-` at height zero (only at psi0 = 0).
@@ -50,11 +51,9 @@ def name_parts(solutions: Sequence[Solution], symmetric: bool) -> list[tuple[str
         if np.interp(0.0, shear, height) < 0:
             return [("W", 0, last)]
         return _dimpled(bend, last)
-    middle = last // 2
-    if bend[middle] > 0:
+    if bend[-1] > 0:
         return [("uUu", 0, last)]
-    slope = bend[min(middle + 1, last)] - bend[max(middle - 1, 0)]
-    return [("w" if slope < 0 else "uUui", 0, last)]
+    return [("w" if bend[-1] < bend[0] else "uUui", 0, last)]
 
 
 def _dimpled(bend: np.ndarray, last: int) -> list[tuple[str, int, int]]:

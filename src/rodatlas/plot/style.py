@@ -1,0 +1,122 @@
+"""One look for all figures: colours of the named states, type, line widths, sizes, and how figures are saved."""
+
+from __future__ import annotations
+
+import os
+import sys
+from contextlib import AbstractContextManager
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+# One colour for each state, the same in every figure. Any two differ by at least 24 CIE Lab units, also as seen with
+# protanopia and deuteranopia (Machado, Oliveira & Fernandes 2009), and stand out from white by at least 2.8 to 1.
+STATE_COLORS = {
+    "U": "#031C97",
+    "US+-": "#237EEB",
+    "uUu": "#09AF6B",
+    "w": "#D68A00",
+    "W": "#860228",
+    "WS+-": "#C684C4",
+    "uUui": "#3B2658",
+    "S+-": "#7E6000",
+    "TU+-": "#7133FE",
+    "TW+-": "#4F7770",
+}
+UNNAMED = "#4A4A4A"
+INK, UNSTABLE, FAINT = "#1A1A1A", "#6E6E6E", "#C9C9C9"
+STABLE_WIDTH, UNSTABLE_WIDTH = 1.7, 0.65
+UNSTABLE_DASHES = (4.5, 2.2)
+MARKER_SIZE = 4.2
+
+# widths of a figure on one and on two columns of a journal page, in inches
+ONE_COLUMN, TWO_COLUMN = 3.4, 7.0
+
+RC: dict[str, Any] = {
+    "font.family": ["STIXGeneral"],
+    "mathtext.fontset": "stix",
+    "font.size": 8.5,
+    "axes.labelsize": 9.0,
+    "axes.titlesize": 9.0,
+    "axes.linewidth": 0.6,
+    "axes.edgecolor": INK,
+    "axes.labelcolor": INK,
+    "text.color": INK,
+    "xtick.labelsize": 8.0,
+    "ytick.labelsize": 8.0,
+    "xtick.direction": "in",
+    "ytick.direction": "in",
+    "xtick.major.width": 0.6,
+    "ytick.major.width": 0.6,
+    "xtick.major.size": 3.0,
+    "ytick.major.size": 3.0,
+    "legend.fontsize": 8.0,
+    "legend.frameon": False,
+    "lines.solid_capstyle": "round",
+    "lines.dash_capstyle": "butt",
+    "axes.unicode_minus": True,
+    "figure.facecolor": "white",
+    "axes.facecolor": "white",
+    "savefig.facecolor": "white",
+    "pdf.fonttype": 42,
+    "pdf.compression": 6,
+    "path.simplify": False,
+}
+
+
+def base_name(name: str) -> str:
+    """The name of the pair for one of its members: 'US+-' for 'US+' or 'US-'; other names unchanged."""
+    return name[:-1] + "+-" if name.endswith(("+", "-")) and not name.endswith("+-") else name
+
+
+def color_of(name: str | None) -> str:
+    """Colour of a named state or of a member of a pair; grey for one without a name."""
+    return STATE_COLORS.get(base_name(name), UNNAMED) if name else UNNAMED
+
+
+def label_of(name: str) -> str:
+    """A state's name as it is printed: 'US+-' as US±, 'US-' with a true minus sign."""
+    if name.endswith("+-"):
+        return name[:-2] + "±"
+    return name[:-1] + "−" if name.endswith("-") else name
+
+
+def styled() -> AbstractContextManager[None]:
+    """The style of this package for the time of a `with` block; global settings are left alone."""
+    import matplotlib as mpl
+
+    return mpl.rc_context(RC)
+
+
+def new_figure(width: float, height: float) -> Figure:
+    """A figure (inches) that needs no display and is not registered with pyplot."""
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
+    from matplotlib.figure import Figure
+
+    fig = Figure(figsize=(width, height))
+    FigureCanvasAgg(fig)
+    return fig
+
+
+def save_figure(fig: Figure, path: str | os.PathLike[str]) -> tuple[Path, Path]:
+    """Write a figure as PNG (200 dpi) and as PDF, the same bytes for the same figure, and close it.
+
+    Parameters
+    ----------
+    path : where to; a suffix .png or .pdf is ignored.
+
+    Returns
+    -------
+    the paths of the PNG and of the PDF.
+    """
+    target = Path(path)
+    stem = target.with_suffix("") if target.suffix.lower() in (".png", ".pdf") else target
+    png, pdf = (stem.parent / (stem.name + suffix) for suffix in (".png", ".pdf"))
+    with styled():
+        fig.savefig(png, dpi=200, metadata={"Software": None})
+        fig.savefig(pdf, metadata={"CreationDate": None})
+    if "matplotlib.pyplot" in sys.modules:
+        sys.modules["matplotlib.pyplot"].close(fig)
+    return png, pdf
