@@ -17,6 +17,7 @@ from rodatlas.continuation import (
     Solution,
     SpecialPoint,
     Status,
+    StepControl,
     TraceOptions,
     solve,
     switch,
@@ -80,7 +81,7 @@ def follow_slice(
     """
     cache, frontier = cache or BranchCache(), Frontier()
     say = _Reporter(progress, frontier)
-    _follow_seeds(frontier, planar_seeds(settings, say), settings, cache, say)
+    _follow_seeds(frontier, planar_seeds(settings, say, frontier), settings, cache, say)
     if carry and abs(settings.angle_deg - settings.reference_angle_deg) > 1e-9:
         say(f"reference slice at {settings.reference_angle_deg:g} degrees")
         seeds = carried_seeds(settings, cache, say, frontier)
@@ -88,10 +89,12 @@ def follow_slice(
     return frontier
 
 
-def planar_seeds(settings: SliceSettings, say: _Reporter) -> Iterator[tuple[str, Solution]]:
-    """U, W and the third mode at dD = 0."""
+def planar_seeds(settings: SliceSettings, say: _Reporter, frontier: Frontier) -> Iterator[tuple[str, Solution]]:
+    """U, W and the third mode at dD = 0; what is missing is said in the warnings."""
     say("planar states from the circle")
-    states = planar_states(settings.a, settings.angle, settings.compression, settings.tolerance)
+    states, missing = planar_states(settings.a, settings.angle, settings.compression, settings.tolerance)
+    if missing:
+        frontier.warnings.append(f"planar states not reached: {missing}")
     for name, ident in (("U", "U"), ("W", "W"), ("third mode", "M3")):
         if name in states:
             yield ident, states[name]
@@ -103,7 +106,7 @@ def carried_seeds(
     """States of the reference angle with index 0 or 1, followed in the angle at fixed shears."""
     reference = settings.at_reference()
     base = Frontier()
-    _follow_seeds(base, planar_seeds(reference, say), reference, _Prefixed(cache, "reference-"), say)
+    _follow_seeds(base, planar_seeds(reference, say, base), reference, _Prefixed(cache, "reference-"), say)
     options = trace_options(settings, stop=False, bounds={"psi0": _span(reference.angle, settings.angle)})
     options = _quiet(options)
     direction = math.copysign(1.0, settings.angle - reference.angle)
@@ -174,6 +177,7 @@ def trace_options(
     """Options of every branch of a slice."""
     return TraceOptions(
         mesh=MeshControl(tolerance=settings.tolerance),
+        step=StepControl(maximum=2.0),
         bounds=bounds or {"dD": (settings.shear_min, settings.shear_max)},
         index=morse_index_of,
         stop_at=_meets_symmetric if stop else None,

@@ -151,8 +151,9 @@ def adapted(frame: Frame, options: TraceOptions) -> tuple[Frame, int]:
     intervals = len(colloc.step)
     error, spent = frame.error, 0
     if not control.is_fixed_size:
-        error, spent = error_estimate(colloc, frame.x), 2
-        intervals = wanted_intervals(control, intervals, error)
+        estimate, spent = error_estimate(colloc, frame.x, frame.tangent), 2
+        error = estimate.error
+        intervals = wanted_intervals(control, intervals, estimate)
     mesh = equidistribute(colloc.mesh, monitor(colloc, frame.x), intervals)
     moved = frame.on_mesh(mesh)
     result = newton(moved.colloc, moved.x, [plane(moved.colloc, moved.tangent, moved.x)], options.newton)

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from rodatlas.continuation.collocation import Collocation
+from rodatlas.continuation.collocation import Collocation, add
 from rodatlas.continuation.linear import Columns
 
 MIN_INTERVALS = 4
@@ -80,13 +80,29 @@ def halved(mesh: np.ndarray) -> np.ndarray:
     return out
 
 
-def error_estimate(colloc: Collocation, x: Columns) -> float:
-    r"""Largest error of the solution at its mesh points, in scaled variables.
+@dataclass(frozen=True)
+class ErrorEstimate:
+    """Largest error at mesh points, and the part of it that is round-off and that no mesh can remove.
+
+    Errors of an unknown are relative to its largest value, or absolute where that is below one.
+    """
+
+    error: float
+    round_off: float
+
+    @property
+    def is_round_off(self) -> bool:
+        return self.round_off > 0.2 * self.error
+
+
+def error_estimate(colloc: Collocation, x: Columns, tangent: Columns | None = None) -> ErrorEstimate:
+    r"""Error of the solution at its mesh points.
 
     The solution is carried to the mesh of halved intervals, where the collocation error is about
     :math:`2^{-2m}` of the present one, and corrected there once; the correction at the old mesh points is the
-    error. Because Newton is quadratic and the interpolant is accurate to :math:`h^{m+1}`, one correction is enough.
-    The continuation parameter is held.
+    error. Because Newton is quadratic and the interpolant is accurate to :math:`h^{m+1}`, one correction is enough;
+    a second one, with the same factors, measures round-off. Corrections are made across the tangent when it is
+    given (so that nothing special happens at folds), else at fixed continuation parameter.
     """
     fine = Collocation(
         colloc.bvp, halved(colloc.mesh), colloc.scheme.points, colloc.base, list(colloc.free), colloc.scale,
@@ -94,22 +110,36 @@ def error_estimate(colloc: Collocation, x: Columns) -> float:
     )  # fmt: skip
     y = colloc.interpolate(x, fine)
     lin = fine.linearize(y)
-    _, row = fine.observable_row(colloc.bvp.parameter_names[colloc.free[0]], y)
+    if tangent is None:
+        _, row = fine.observable_row(colloc.bvp.parameter_names[colloc.free[0]], y)
+    else:
+        row = fine.row(colloc.interpolate(tangent, fine))
     factorization = fine.factor(lin, [row])
     if factorization.sign == 0.0:
-        return float("nan")
+        return ErrorEstimate(float("nan"), float("nan"))
     dx = factorization.solve(fine.right_hand_side(lin.residual, [row], [0.0]))
-    return float(max(np.abs(dx.mesh[::2]).max(), np.abs(dx.scalars).max()))
+    again = factorization.solve(fine.right_hand_side(fine.linearize(add(y, (1.0, dx))).residual, [row], [0.0]))
+    return ErrorEstimate(*(_relative(colloc, x, Columns(d.stage, d.mesh[::2], d.scalars)) for d in (dx, again)))
 
 
-def wanted_intervals(control: MeshControl, intervals: int, error: float) -> int:
-    """Intervals that bring the error to half the tolerance, from its order 2m; changes are damped."""
-    if control.is_fixed_size or not np.isfinite(error):
+def _relative(colloc: Collocation, x: Columns, dx: Columns) -> float:
+    """Largest change at mesh points, of each unknown relative to its largest value (or to one)."""
+    su, sp = colloc.scale.unknowns, colloc.scale.parameters[colloc.free]
+    size = np.maximum(1.0, np.abs(x.mesh).max(axis=0) * su)
+    changes = np.abs(dx.mesh).max(axis=0) * su / size
+    scalars = np.abs(dx.scalars) * sp / np.maximum(1.0, np.abs(x.scalars[: len(sp)]) * sp)
+    return float(max(changes.max(), scalars.max(initial=0.0)))
+
+
+def wanted_intervals(control: MeshControl, intervals: int, estimate: ErrorEstimate) -> int:
+    """Intervals that bring the error to 0.3 of the tolerance, from its order 2m; changes are damped.
+
+    The mesh does not grow when what is left of the error is round-off.
+    """
+    if control.is_fixed_size or not np.isfinite(estimate.error):
         return int(np.clip(intervals, *control.intervals))
-    ratio = (max(error, 1e-16) / (0.3 * control.tolerance)) ** (1.0 / (2 * control.points))
+    ratio = (max(estimate.error, 1e-16) / (0.3 * control.tolerance)) ** (1.0 / (2 * control.points))
     wanted = intervals * float(np.clip(ratio, 0.7, 2.0))
-    if 0.85 < ratio < 1.0:
+    if 0.85 < ratio < 1.0 or (ratio > 1.0 and estimate.is_round_off):
         wanted = intervals
     return int(np.clip(round(wanted), *control.intervals))
-
-

@@ -12,7 +12,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from rodatlas.continuation import MeshControl, Solution, StepControl, TraceOptions, solve, trace
+from rodatlas.continuation import Branch, EndReason, MeshControl, Solution, StepControl, TraceOptions, solve, trace
 from rodatlas.rods.perfectly_anisotropic import rod_problem
 from rodatlas.rods.symmetry import mirror_angle
 
@@ -36,50 +36,45 @@ def circle(a: float) -> Solution:
 
 
 def planar_states(
-    a: float, angle: float, compression: float, tolerance: float = 1e-8, names: tuple[str, ...] = PLANAR
-) -> dict[str, Solution]:
+    a: float, angle: float, compression: float, tolerance: float = 1e-8
+) -> tuple[dict[str, Solution], str]:
     """The planar states U, W and 'third mode' at dD = 0.
 
     Parameters
     ----------
-    a : EI1/GJ; angle : psi0 in radians, 0 <= psi0 < pi; compression : dL; names : which ones are wanted.
+    a : EI1/GJ; angle : psi0 in radians, 0 <= psi0 < pi; compression : dL.
 
     Returns
     -------
-    dict from name to solution; 'third mode' is left out where the curve does not come back to the angle.
+    dict from name to solution, and why the search ended before it had all three ('' when it has them).
     """
-    follow = _leg(tolerance)
-    here = follow(solve(rod_problem(), circle(a), ("dL",), _options(tolerance)), "dL", compression, -1.0)
-    found = {}
-    if here is not None:
-        here = follow(here, "psi0", angle, -1.0)
-    if here is not None and "U" in names:
-        found["U"] = here
-    if here is not None and set(names) - {"U"}:
-        here = follow(here, "psi0", -angle, -1.0) if angle > 0 else here
-        if here is not None and "W" in names:
-            found["W"] = mirror_angle(here)
-        if here is not None and "third mode" in names:
-            here = follow(here, "psi0", -angle, -1.0, True)
-            if here is not None:
-                found["third mode"] = mirror_angle(here)
-    return {name: solve(rod_problem(), state, ("dD",), _options(tolerance)) for name, state in found.items()}
+    options = _options(tolerance)
+    here = solve(rod_problem(), circle(a), ("dL",), options)
+    found: dict[str, Solution] = {}
+    legs = [("", "dL", compression, False), ("U", "psi0", angle, False), ("W", "psi0", -angle, False),
+            ("third mode", "psi0", -angle, True)]  # fmt: skip
+    for name, parameter, value, beyond in legs:
+        branch = _leg(here, parameter, value, beyond, options)
+        here = branch.points[-1].solution if branch else here
+        if not math.isclose(here[parameter], value, abs_tol=1e-9):
+            missing = ", ".join(n for n in PLANAR if n not in found)
+            if branch and branch.ends[1] is EndReason.FOLD_LIMIT:
+                return found, f"{missing}: the curve of planar states turns back before it reaches this angle"
+            return found, f"{missing}: {branch.ends[1].value if branch else 'no path'} at {parameter} = {here[parameter]:.6g}"
+        if name:
+            state = mirror_angle(here) if name != "U" else here
+            found[name] = solve(rod_problem(), state, ("dD",), options)
+    return found, ""
 
 
 def _options(tolerance: float) -> TraceOptions:
     return TraceOptions(mesh=MeshControl(tolerance=tolerance), step=StepControl(maximum=0.3), locate=())
 
 
-def _leg(tolerance: float):  # type: ignore[no-untyped-def]
-    """A function that follows one parameter to a value, past a fold and back when `beyond` is set."""
-
-    def follow(start: Solution, name: str, value: float, direction: float, beyond: bool = False) -> Solution | None:
-        far = (-10.0, value) if beyond else (min(value, start[name]), max(value, start[name]))
-        if not beyond and start[name] == value:
-            return start
-        options = replace(_options(tolerance), bounds={name: far}, max_points=300, max_folds=2, locate=("fold",))
-        branch = trace(rod_problem(), start, (name,), options, both=False, direction=direction)
-        end = branch.points[-1].solution
-        return end if math.isclose(end[name], value, abs_tol=1e-9) else None
-
-    return follow
+def _leg(start: Solution, name: str, value: float, beyond: bool, options: TraceOptions) -> Branch | None:
+    """Lower a parameter to a value, or past a fold and back up to it when `beyond` is set; None when it is there."""
+    if not beyond and start[name] == value:
+        return None
+    bounds = (-10.0, value) if beyond else (value, start[name])
+    options = replace(options, bounds={name: bounds}, max_points=300, max_folds=2, locate=("fold",))
+    return trace(rod_problem(), start, (name,), options, both=False, direction=-1.0)
