@@ -113,7 +113,7 @@ def text(results, notes, rounds):
             f"error: of the two pitchforks, against {PITCHFORKS[0]} and {PITCHFORKS[1]}",
             "",
         ]
-    rivals = [runs for name, runs in results.items() if name not in ("scipy", "rodatlas") and runs]
+    rivals = [runs for name, runs in results.items() if name.startswith("auto") and runs]
     for runs in rivals:
         settings = ", ".join(f"{key} = {value}" for key, value in runs[-1]["settings"].items())
         lines.append(f"{runs[-1]['name']} ({runs[-1]['version']}): {settings}")

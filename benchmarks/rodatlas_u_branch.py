@@ -6,24 +6,51 @@ path to the start solution, imports and compilation are left out.
 """
 
 import json
+import math
+import sys
+import time
+
+from rodatlas.continuation import MeshControl, NewtonOptions, TraceOptions, trace
+from rodatlas.rods.perfectly_anisotropic import rod_problem
+from rodatlas.rods.planar import planar_states
+
+MESHES = {
+    "fixed": MeshControl(intervals=(50, 50)),  # what AUTO does: 50 intervals that move
+    "adaptive": MeshControl(tolerance=1e-8),  # what a user of rodatlas gets
+}
 
 
-def run() -> dict:
+def run(mesh="fixed"):
     """Trace the U branch at psi0 = 15 deg, dL = 0.5 from dD = 0 to 0.79 and say what it cost.
+
+    Parameters
+    ----------
+    mesh : str
+        ``'fixed'`` (50 intervals of 4 points, as the peers) or ``'adaptive'`` (error tolerance 1e-8).
 
     Returns
     -------
     dict
         ``name`` (str), ``cpu_seconds`` (float), ``points`` (int), ``newton_iterations`` (int),
         ``ms_per_iteration`` (float), ``branch_points`` (list of dD), ``folds`` (list of dD).
-
-    Raises
-    ------
-    SystemExit
-        Always, until `rodatlas.continuation` can trace a branch.
     """
-    raise SystemExit("rodatlas.continuation cannot trace this branch yet; only the peers are measured")
+    bvp = rod_problem()
+    start = planar_states(0.625, math.radians(15.0), 0.5)[0]["U"]
+    options = TraceOptions(mesh=MESHES[mesh], newton=NewtonOptions(tolerance=1e-7), bounds={"dD": (0.0, 0.79)})
+    trace(bvp, start, ("dD",), options, both=False)  # compile and warm the caches
+    before = time.process_time()
+    branch = trace(bvp, start, ("dD",), options, both=False)
+    seconds = time.process_time() - before
+    return {
+        "name": "rodatlas" if mesh == "fixed" else f"rodatlas, {mesh} mesh",
+        "cpu_seconds": seconds,
+        "points": len(branch),
+        "newton_iterations": branch.newton_iterations,
+        "ms_per_iteration": 1e3 * seconds / branch.newton_iterations,
+        "branch_points": [x.solution["dD"] for x in branch.of_kind("branch point")],
+        "folds": [x.solution["dD"] for x in branch.of_kind("fold")],
+    }
 
 
 if __name__ == "__main__":
-    print(json.dumps(run()))
+    print(json.dumps(run(*sys.argv[1:])))

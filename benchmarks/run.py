@@ -29,7 +29,7 @@ def commands(work, notes):
     notes : list of str
         Gets one line per program that is left out.
     """
-    found = {"rodatlas": (sys.executable, OURS)}
+    found = {"rodatlas": (sys.executable, OURS), "rodatlas adaptive": (sys.executable, OURS, "adaptive")}
     peer = str(environment.PYTHON)
     try:
         environment.make_scipy()

@@ -77,7 +77,8 @@ def tangled() -> BVP:
     """Everything at once: nonlinear coupled ends, two integral conditions, four free parameters."""
     return BVP(
         lambda s, u, p: [
-            p.a * np.sin(u.y) * u.z + s * p.b, u.x * u.y - p.c * u.z**2, np.exp(-u.x) + p.d * u.z * s, u.w * u.x + p.a,
+            p.a * np.sin(u.y) * u.z + s * p.b, u.x * u.y - p.c * u.z**2, np.exp(-u.x) + p.d * u.z * s,
+            p.f * u.w * u.x + p.a,
         ],
         lambda left, right, p: [
             left.x * right.y - p.a, left.y + right.y**2 - p.b * left.z, right.z * left.z - np.cos(p.c), right.x - left.w,

@@ -5,10 +5,11 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from bvp_problems import bratu, bratu_exact, tangled
+from test_linear import assembled, flat
 
 from rodatlas.continuation import BVP, Solution
 from rodatlas.continuation.collocation import Collocation, Scale, add, free_indices
-from rodatlas.continuation.linear import Blocks, Columns
+from rodatlas.continuation.linear import Blocks, BorderedMatrix, Columns
 from rodatlas.continuation.mesh import ErrorEstimate, equidistribute, error_estimate, halved, monitor, wanted_intervals
 from rodatlas.continuation.newton import fixed, newton
 
@@ -38,11 +39,6 @@ def unit_columns(x: Columns) -> list[Columns]:
     return units
 
 
-def flat(x: Blocks | Columns) -> np.ndarray:
-    parts = (x.stage, x.chain, x.ends, x.dense) if isinstance(x, Blocks) else (x.stage, x.mesh, x.scalars)
-    return np.concatenate([p.ravel() for p in parts])
-
-
 def random_left(colloc: Collocation, x: Columns) -> Blocks:
     rng = np.random.default_rng(9)
     return Blocks(rng.normal(size=x.stage.shape), rng.normal(size=(len(colloc.step), 4)), rng.normal(size=5),
@@ -50,11 +46,7 @@ def random_left(colloc: Collocation, x: Columns) -> Blocks:
 
 
 def jacobian(colloc: Collocation, x: Columns) -> np.ndarray:
-    """The derivative of the residual as a dense matrix, read off the factorised blocks by assembling them."""
-    from test_linear import assembled
-
-    from rodatlas.continuation.linear import BorderedMatrix
-
+    """The derivative of the residual as a dense matrix."""
     lin = colloc.linearize(x)
     return assembled(BorderedMatrix(
         colloc.scheme, colloc.bvp.sparsity, colloc.step, lin.jac, lin.stage_scal, lin.b_left, lin.b_right, lin.b_scal,
@@ -70,7 +62,7 @@ def test_every_column_of_the_jacobian_equals_differences() -> None:
     for i, e in enumerate(unit_columns(x)):
         up, down = (flat(colloc.linearize(add(x, (sign * h, e))).residual) for sign in (1.0, -1.0))
         exact[:, i] = (up - down) / (2 * h)
-    np.testing.assert_allclose(jacobian(colloc, x)[: len(exact)], exact, rtol=0, atol=2e-8 * np.abs(exact).max())
+    np.testing.assert_allclose(jacobian(colloc, x), exact, rtol=0, atol=2e-8 * np.abs(exact).max())
     assert (np.abs(exact).max(axis=0) > 0).all()
 
 
@@ -169,7 +161,7 @@ def test_the_mesh_gathers_where_the_solution_is_steep() -> None:
     moved, again = solved(10.0, 3, equidistribute(colloc.mesh, monitor(colloc, x), 20))
     exact = bratu_exact(10.0, moved.mesh)[1]
     before = np.abs(colloc.solution(x).values - bratu_exact(10.0, colloc.mesh)[1]).max()
-    assert np.abs(moved.solution(again).values - exact).max() < before / 5
+    assert np.abs(moved.solution(again).values - exact).max() < before / 3
 
 
 def test_the_wanted_number_of_intervals_follows_the_error() -> None:

@@ -38,7 +38,7 @@ def assembled(a: BorderedMatrix) -> np.ndarray:
     n_int, m, n, k = a.sizes
     q, r = len(a.b_left), len(a.dense)
     stages, size = n_int * m * n, n_int * m * n + (n_int + 1) * n + k
-    full = np.zeros((size, size))
+    full = np.zeros((stages + n_int * n + q + r, size))
     for j in range(n_int):
         left, right = (slice(stages + i * n, stages + (i + 1) * n) for i in (j, j + 1))
         chain = slice(stages + j * n, stages + (j + 1) * n)
@@ -58,8 +58,8 @@ def assembled(a: BorderedMatrix) -> np.ndarray:
     full[ends, stages : stages + n] += a.b_left
     full[ends, size - k - n : size - k] += a.b_right
     full[ends, size - k :] = a.b_scal
-    full[size - r :, :stages] = a.dense.reshape(r, stages)
-    full[size - r :, size - k :] = a.dense_scal
+    full[ends.stop :, :stages] = a.dense.reshape(r, stages)
+    full[ends.stop :, size - k :] = a.dense_scal
     return full
 
 

@@ -119,10 +119,10 @@ def error_estimate(colloc: Collocation, x: Columns, tangent: Columns | None = No
         return ErrorEstimate(float("nan"), float("nan"))
     dx = factorization.solve(fine.right_hand_side(lin.residual, [row], [0.0]))
     again = factorization.solve(fine.right_hand_side(fine.linearize(add(y, (1.0, dx))).residual, [row], [0.0]))
-    return ErrorEstimate(*(_relative(colloc, x, Columns(d.stage, d.mesh[::2], d.scalars)) for d in (dx, again)))
+    return ErrorEstimate(*(relative_change(colloc, x, Columns(d.stage, d.mesh[::2], d.scalars)) for d in (dx, again)))
 
 
-def _relative(colloc: Collocation, x: Columns, dx: Columns) -> float:
+def relative_change(colloc: Collocation, x: Columns, dx: Columns) -> float:
     """Largest change at mesh points, of each unknown relative to its largest value (or to one)."""
     su, sp = colloc.scale.unknowns, colloc.scale.parameters[colloc.free]
     size = np.maximum(1.0, np.abs(x.mesh).max(axis=0) * su)

@@ -14,7 +14,7 @@ import numpy as np
 from rodatlas.continuation.augmented import Augmented, solve_branch_point, solve_fold
 from rodatlas.continuation.collocation import Collocation, scaled
 from rodatlas.continuation.linear import Blocks, Columns
-from rodatlas.continuation.mesh import MeshControl, halved
+from rodatlas.continuation.mesh import MeshControl, halved, relative_change
 
 
 def refined(
@@ -22,8 +22,8 @@ def refined(
 ) -> tuple[Collocation, Augmented, float]:
     """Halve the mesh until a converged fold or branch point is known to the tolerance.
 
-    Returns the discretisation, the point on it, and the estimated error at mesh points and in the parameters (scaled):
-    what one Newton step on the halved mesh still corrects.
+    Returns the discretisation, the point on it, and the estimated error at mesh points and in the parameters: what
+    one Newton step on the halved mesh still corrects.
     """
     while True:
         fine = Collocation(
@@ -36,7 +36,8 @@ def refined(
         if step.correction is None:
             return colloc, found, float("nan")
         dx = step.correction
-        error = float(max(np.abs(dx.mesh[::2]).max(), np.abs(dx.scalars[: len(colloc.free)]).max()))
+        k = len(colloc.free)
+        error = relative_change(colloc, found.state, Columns(dx.stage, dx.mesh[::2], dx.scalars[:k]))
         if error <= control.tolerance or len(fine.step) > control.intervals[1]:
             return colloc, found, error
         better = _solve(fine, step.state, tangent, found, colloc, 8)

@@ -160,7 +160,7 @@ def label_states(drawn: Drawn, ax: Axes) -> None:
         size = text_size(text, NAME_SIZE)
         places, anchors = _beside(points, size)
         place, at = best_place(drawn.obstacles, size, places)
-        _write(ax, anchors[at], place, text, NAME_SIZE, color_of(stretch.name), size, lead=9.0)
+        _write(ax, anchors[at], place, text, NAME_SIZE, color_of(stretch.name), size, lead=14.0)
         drawn.obstacles.take(place, size)
 
 

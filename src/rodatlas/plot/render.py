@@ -144,7 +144,7 @@ def _ribbon(surface: BandSurface, view: View, base: np.ndarray) -> list[_Polygon
     normal = 0.5 * (normal[:-1] + normal[1:])
     front = normal @ toward > 0
     facing = np.where(front[:, None], normal, -normal)
-    tones = np.where(front[:, None], _lift(base, 0.2), _lift(base, 0.7))
+    tones = np.where(front[:, None], _lift(base, 0.15), _lift(base, 0.6))
     shaded = _shade(tones, facing, view)
     dark = np.broadcast_to(0.45 * base, shaded.shape)
     cuts = (-0.5, -0.5 + EDGE, 0.5 - EDGE, 0.5)

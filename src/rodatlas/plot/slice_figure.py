@@ -2,15 +2,15 @@
 
 from __future__ import annotations
 
-import itertools
 from collections.abc import Sequence
-from dataclasses import dataclass
+from fractions import Fraction
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from rodatlas.plot.diagram import NAME_SIZE, NOTE_SIZE, Drawn, draw_curves, draw_heading, height_range, label_events
-from rodatlas.plot.placement import dense, text_size, to_points
+from rodatlas.plot.arrangement import MOST, TRIAD, Layout, Shown, Slot, arrange
+from rodatlas.plot.diagram import NAME_SIZE, NOTE_SIZE, Drawn, draw_curves, draw_heading, label_events
+from rodatlas.plot.placement import to_points
 from rodatlas.plot.protocols import SliceLike, StateLike
 from rodatlas.plot.render import DISPLAY_WIDTH, draw_triad, render_band
 from rodatlas.plot.style import TWO_COLUMN, color_of, label_of, new_figure, styled
@@ -21,28 +21,9 @@ if TYPE_CHECKING:
 
     from rodatlas.continuation import Solution
 
-DIAGRAM, STRIP = 3.15, 1.32  # heights in inches: of the diagram itself, and of a strip of drawings
-LEFT, RIGHT, BOTTOM, TOP = 0.62, 0.06, 0.44, 0.26
-MOST = 5  # drawings in a strip
+DIAGRAM, STRIP = 3.2, 1.16  # heights in inches: of the diagram itself, and of a strip of drawings
+LEFT, RIGHT, BOTTOM, TOP = 0.62, 0.06, 0.58, 0.26
 CAPTION = 13.0  # height of the line under or over a drawing, in points
-
-
-@dataclass(frozen=True, eq=False)
-class Shown:
-    """A state to be drawn: its name, the solutions to choose from, and their places in the diagram (n, 2), points."""
-
-    name: str
-    solutions: list[Solution]
-    places: np.ndarray
-
-
-@dataclass(frozen=True)
-class Slot:
-    """Where a drawing goes: strip (+1 above, -1 below), column, columns in the strip."""
-
-    strip: int
-    column: int
-    columns: int
 
 
 def draw_slice_figure(slice_: SliceLike, width: float = DISPLAY_WIDTH) -> Figure:
@@ -71,11 +52,10 @@ def draw_slice_figure(slice_: SliceLike, width: float = DISPLAY_WIDTH) -> Figure
         draw_heading(slice_.settings, ax)
         label_events(drawn, ax)
         shown = [_choices(ax, state) for state in states]
-        slots, chosen = _arrange(ax, drawn, shown, strips)
-        scale = _common_scale(ax, shown, slots, chosen, width)
-        for one, slot, k in zip(shown, slots, chosen, strict=True):
-            _draw_band(ax, one, slot, k, scale, width)
-        _draw_notes(ax, width)
+        layout = Layout(ax, drawn, strips, STRIP * 72.0)
+        slots, chosen = arrange(layout, shown)
+        _draw_bands(fig, ax, layout, shown, slots, chosen, width)
+        _draw_notes(fig, layout, states, width)
         fig.draw_without_rendering()
     return fig
 
@@ -130,126 +110,64 @@ def _choices(ax: Axes, state: StateLike) -> Shown:
     return Shown(state.name, [solutions[i] for i in kept], places[kept])
 
 
-class _Layout:
-    """Cells of the strips, and the price of leading a line from a cell to a place in the diagram."""
-
-    def __init__(self, ax: Axes, drawn: Drawn, strips: tuple[bool, bool]):
-        box = ax.get_window_extent()
-        per_point = 72.0 / ax.figure.dpi
-        self.left, self.right = box.x0 * per_point + 4.0, box.x1 * per_point - 12.0
-        self.low, self.high = box.y0 * per_point, box.y1 * per_point
-        self.strips = strips
-        curves = [dense(to_points(ax, s.xy), 4.0) for s in drawn.stretches]
-        self._one = np.concatenate([c[:-1] for c in curves])
-        self._two = np.concatenate([c[1:] for c in curves])
-        self._weight = np.concatenate(
-            [np.full(len(c) - 1, 2.0 if s.stable else 1.0) for c, s in zip(curves, drawn.stretches, strict=True)]
-        )
-        self._boxes = np.array([[0.5 * (b[0] + b[2]), 0.5 * (b[1] + b[3])] for b in drawn.obstacles.boxes
-                                if b[3] - b[1] < 60.0]).reshape(-1, 2)  # fmt: skip
-        self._known: dict[tuple[Slot, float, float], float] = {}
-
-    def cell(self, slot: Slot) -> tuple[float, float, float, float]:
-        """(left, bottom, width, height) of a drawing with its caption, in points."""
-        right = self.right - (34.0 if slot.strip == self.triad_strip else 0.0)
-        width = (right - self.left) / slot.columns
-        height = STRIP * 72.0
-        bottom = self.high - height if slot.strip > 0 else self.low
-        return self.left + slot.column * width, bottom, width, height
-
-    @property
-    def triad_strip(self) -> int:
-        """The strip that leaves a corner for the triad of directions."""
-        return -1 if self.strips[0] else 1
-
-    def start(self, slot: Slot) -> np.ndarray:
-        """Where the line from a drawing starts: at the side of its caption that faces the diagram."""
-        left, bottom, width, height = self.cell(slot)
-        return np.array([left + 0.5 * width, bottom + 2.0 if slot.strip > 0 else bottom + height - 2.0])
-
-    def price(self, slot: Slot, place: np.ndarray) -> float:
-        key = (slot, float(place[0]), float(place[1]))
-        if key not in self._known:
-            self._known[key] = self._price(self.start(slot), place)
-        return self._known[key]
-
-    def _price(self, start: np.ndarray, place: np.ndarray) -> float:
-        way = place - start
-        length = float(np.hypot(*way))
-        end = place - way / max(length, 1e-9) * 2.5
-        crossed = float(self._weight[crosses(start, end, self._one, self._two)].sum())
-        near = 0.0
-        if len(self._boxes):
-            part = np.clip((self._boxes - start) @ way / max(length, 1e-9) ** 2, 0.0, 1.0)
-            near = float((np.hypot(*(self._boxes - start - part[:, None] * way).T) < 5.0).sum())
-        return 0.012 * length + 0.008 * abs(way[0]) + crossed + 4.0 * near
+def _draw_bands(
+    fig: Figure, ax: Axes, layout: Layout, shown: list[Shown], slots: list[Slot], chosen: list[int], width: float
+) -> None:
+    """All drawings, at one scale, with their captions and lines."""
+    drawings = []
+    for one, slot, k in zip(shown, slots, chosen, strict=True):
+        inset = fig.add_axes((0.0, 0.0, 0.1, 0.1), zorder=6)
+        inset.patch.set_visible(False)
+        render_band(inset, plus_member(one.solutions[k]), width, color=color_of(one.name))
+        drawings.append((inset, np.ptp(inset.get_xlim()), np.ptp(inset.get_ylim())))
+        _caption(fig, ax, layout, one, slot, k)
+    room = [(layout.cell(slot)[2] - 6.0, layout.height - CAPTION - 8.0) for slot in slots]
+    scale = min(
+        min(across / w, up / h) for (across, up), (_, w, h) in zip(room, drawings, strict=True)
+    ) if drawings else 1.0  # fmt: skip
+    page = np.array([fig.get_figwidth(), fig.get_figheight()]) * 72.0
+    for (inset, w, h), slot in zip(drawings, slots, strict=True):
+        left, bottom, across, up = layout.cell(slot)
+        size = np.array([w, h]) * scale
+        free = 0.5 * (up - CAPTION - size[1])
+        low = bottom + CAPTION + min(free, 6.0) if slot.strip > 0 else bottom + up - CAPTION - size[1] - min(free, 6.0)
+        corner = np.array([left + 0.5 * (across - size[0]), low])
+        inset.set_position((*(corner / page), *(size / page)))
 
 
-def crosses(start: np.ndarray, end: np.ndarray, one: np.ndarray, two: np.ndarray) -> np.ndarray:
-    """Whether the segment from start to end crosses each of the segments one[i] to two[i]."""
-
-    def side(p: np.ndarray, q: np.ndarray, r: np.ndarray) -> np.ndarray:
-        return (q[..., 0] - p[..., 0]) * (r[..., 1] - p[..., 1]) - (q[..., 1] - p[..., 1]) * (r[..., 0] - p[..., 0])
-
-    return (side(start, end, one) * side(start, end, two) < 0) & (side(one, two, start) * side(one, two, end) < 0)
-
-
-def _arrange(ax: Axes, drawn: Drawn, shown: list[Shown], strips: tuple[bool, bool]) -> tuple[list[Slot], list[int]]:
-    """A slot for each state, and which of its solutions is drawn there."""
-    layout = _Layout(ax, drawn, strips)
-    middle = [len(one.solutions) // 2 for one in shown]
-    trials = []
-    for sides in itertools.product((1, -1) if strips[0] else (1,), repeat=len(shown)):
-        if max(sides.count(1), sides.count(-1)) > max(MOST, (len(shown) + 1) // 2):
-            continue
-        slots = _in_order(shown, middle, sides)
-        trials.append((_total(layout, shown, slots, middle) + 0.6 * _imbalance(sides), slots))
-    trials.sort(key=lambda t: t[0])
-    best: tuple[float, list[Slot], list[int]] | None = None
-    for _, slots in trials[:8]:
-        price, chosen = _descend(layout, shown, slots, list(middle))
-        price += 0.6 * _imbalance(tuple(s.strip for s in slots))
-        if best is None or price < best[0]:
-            best = price, slots, chosen
-    return (best[1], best[2]) if best else ([], [])
+def _caption(fig: Figure, ax: Axes, layout: Layout, one: Shown, slot: Slot, k: int) -> None:
+    """Name and shear of a drawing, between it and the diagram, and the line to its point."""
+    color, solution = color_of(one.name), one.solutions[k]
+    name = label_of(one.name[:-1] if one.name.endswith("+-") else one.name)
+    start, place = layout.start(slot), one.places[k]
+    page = np.array([fig.get_figwidth(), fig.get_figheight()]) * 72.0
+    y = start[1] + (0.5 * CAPTION if slot.strip > 0 else -0.5 * CAPTION)
+    gap = 2.5
+    common = {"va": "center_baseline", "color": color, "zorder": 7}
+    fig.text((start[0] - 12.0) / page[0], y / page[1], name, ha="right", fontsize=NAME_SIZE, **common)
+    fig.text(
+        (start[0] - 12.0 + gap) / page[0], y / page[1], rf"  $\Delta D={solution['dD']:.3f}$", ha="left",
+        fontsize=NOTE_SIZE + 0.5, **common,
+    )  # fmt: skip
+    data = ax.transData.inverted().transform(np.array([start, place]) * fig.dpi / 72.0)
+    ax.plot(*data.T, color=color, lw=0.5, alpha=0.75, zorder=1.5, gid="leader")
+    ax.plot(
+        [solution["dD"]], [solution["height"]], ls="none", marker="s", ms=3.6, mfc=color, mec="white", mew=0.5,
+        zorder=3.5, gid="shown",
+    )  # fmt: skip
 
 
-def _imbalance(sides: Sequence[int]) -> int:
-    return max(abs(sum(sides)) - 1, 0)
-
-
-def _in_order(shown: list[Shown], chosen: list[int], sides: Sequence[int]) -> list[Slot]:
-    """Slots in the order of the places from left to right, strip by strip."""
-    slots: dict[int, Slot] = {}
-    for strip in (1, -1):
-        mine = [i for i, side in enumerate(sides) if side == strip]
-        mine.sort(key=lambda i: float(shown[i].places[chosen[i], 0]))
-        slots |= {i: Slot(strip, column, len(mine)) for column, i in enumerate(mine)}
-    return [slots[i] for i in range(len(shown))]
-
-
-def _total(layout: _Layout, shown: list[Shown], slots: list[Slot], chosen: list[int]) -> float:
-    """Price of all lines, and of those that cross each other."""
-    ends = [one.places[k] for one, k in zip(shown, chosen, strict=True)]
-    starts = [layout.start(slot) for slot in slots]
-    price = sum(layout.price(slot, end) for slot, end in zip(slots, ends, strict=True))
-    for i, j in itertools.combinations(range(len(slots)), 2):
-        if crosses(starts[i], ends[i], starts[j][None], ends[j][None])[0]:
-            price += 20.0
-        price += 4.0 * (np.hypot(*(ends[i] - ends[j])) < 12.0)
-    return float(price)
-
-
-def _descend(layout: _Layout, shown: list[Shown], slots: list[Slot], chosen: list[int]) -> tuple[float, list[int]]:
-    """Improve the choice of solutions, one state after the other; near the middle of the range is better."""
-
-    def price(trial: list[int]) -> float:
-        off = sum(
-            abs(k / max(len(one.solutions) - 1, 1) - 0.5) for one, k in zip(shown, trial, strict=True)
-        )
-        return _total(layout, shown, slots, trial) + 1.0 * off
-
-    for _ in range(3):
-        for i, one in enumerate(shown):
-            chosen[i] = min(range(len(one.solutions)), key=lambda k: price([*chosen[:i], k, *chosen[i + 1 :]]))
-    return price(chosen), chosen
+def _draw_notes(fig: Figure, layout: Layout, states: Sequence[StateLike], width: float) -> None:
+    """The directions of space in the corner that is free for them, and what the drawings are."""
+    page = np.array([fig.get_figwidth(), fig.get_figheight()]) * 72.0
+    low = layout.low if layout.triad_strip < 0 else layout.high - layout.height
+    inset = fig.add_axes((*(np.array([layout.right - TRIAD + 2.0, low + 6.0]) / page), *(np.array([34.0, 34.0]) / page)))
+    inset.patch.set_visible(False)
+    draw_triad(inset)
+    fraction = Fraction(width).limit_denominator(200)
+    share = f"L/{fraction.denominator}" if fraction.numerator == 1 else f"{width:g}\\,L"
+    note = f"Bands are drawn ${share}$ wide."
+    if any(s.name.endswith("+-") for s in states):
+        note = "Of a pair ±, the member + is drawn; − is its reversal. " + note
+    right = 1.0 - RIGHT / TWO_COLUMN
+    fig.text(right, 5.0 / page[1], note, ha="right", va="bottom", fontsize=NOTE_SIZE)

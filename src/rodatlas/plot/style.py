@@ -30,10 +30,10 @@ INK, UNSTABLE, FAINT = "#1A1A1A", "#6E6E6E", "#C9C9C9"
 STABLE_WIDTH, UNSTABLE_WIDTH = 1.7, 0.65
 UNSTABLE_DASHES = (4.5, 2.2)
 # Disks of special points. A branch point is the smaller one, so that both are seen where they nearly coincide.
-MARKER_SIZE = 5.0
+MARKER_SIZE = 4.8
 MARKERS: dict[str, dict[str, Any]] = {
     "fold": {"ls": "none", "marker": "o", "ms": MARKER_SIZE, "mfc": "white", "mec": INK, "mew": 0.8},
-    "branch point": {"ls": "none", "marker": "o", "ms": MARKER_SIZE - 1.2, "mfc": INK, "mec": INK, "mew": 0.4},
+    "branch point": {"ls": "none", "marker": "o", "ms": MARKER_SIZE - 0.8, "mfc": INK, "mec": INK, "mew": 0.4},
 }
 
 # widths of a figure on one and on two columns of a journal page, in inches

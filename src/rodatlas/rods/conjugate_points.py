@@ -53,6 +53,8 @@ STRETCH = 4.0
 # diagonal Pade approximant: (m!)^2 / ((2m)! (2m+1)!) with m = 3. Amplitudes and couplings make the angle of L(1)
 # worse by a factor that stayed below this in 99 of 100 random rods.
 SAFETY = 100.0
+# The largest growth exponent of a step, short of the pole of the approximant of exp at 4.6.
+LONGEST_STEP = 3.0
 # An error of the angles above this (radians) means too coarse a mesh. A margin below the error, or below the
 # round-off of the fields, is degenerate.
 COARSE_ERROR = 0.1
@@ -215,9 +217,18 @@ def _angles_at_end(frame: Array) -> Array:
 
 
 def _angle_error(steps: Array, softness: float, force: Array, moment: Array, strain: Array) -> float:
-    """Cautious estimate of the error of the angles of L(1) [rad], from local wave numbers; see `SAFETY`."""
+    """Cautious estimate of the error of the angles of L(1) [rad], from local wave numbers; see `SAFETY`.
+
+    Waves come from the least eigenvalue (N3 - |N|) / 2 of the part of D that holds the force: thrust makes
+    waves, tension makes boundary layers. In a layer L follows its attracting plane and errors die out, unless the
+    approximant comes near its pole at 4.6.
+    """
+    size = np.linalg.norm(force, axis=1)
     turn = np.maximum(np.linalg.norm(strain, axis=1), 0.5 * softness * np.linalg.norm(moment, axis=1))
-    wave = np.sqrt(softness * np.linalg.norm(force, axis=1)) + turn
+    wave = np.sqrt(softness * 0.5 * (size - force[:, 2])) + turn
+    layer = steps * (np.sqrt(softness * size) + turn).reshape(-1, STAGES).max(axis=1)
+    if layer.max() > LONGEST_STEP:
+        return float("inf")
     phase = steps * wave.reshape(-1, STAGES).max(axis=1)
     return SAFETY * float(np.sum(phase**7)) / 100800.0
 

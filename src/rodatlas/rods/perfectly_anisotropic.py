@@ -7,13 +7,14 @@ unknowns (q, X) and the six constants that balance without body force leaves. So
 
 from __future__ import annotations
 
+from dataclasses import replace
 from functools import lru_cache
 from typing import Any
 
 import numpy as np
 
-from rodatlas.continuation import BVP, end_value, integral_of
-from rodatlas.rods.kinematics import clamp_residual, director_components, quaternion_rate
+from rodatlas.continuation import BVP, Solution, end_value, integral_of
+from rodatlas.rods.kinematics import clamp_residual, director_components, directors, quaternion_rate
 
 UNKNOWNS = ("N1", "N2", "N3", "M2", "k1", "tau", "q0", "q1", "q2", "q3", "x", "y", "z")
 REDUCED_UNKNOWNS = UNKNOWNS[6:]
@@ -90,6 +91,40 @@ def reduced_problem() -> BVP:
                      "end_force_z": end_value(lambda left, right, p: p.nz)},
         scales={**dict.fromkeys(CONSTANTS[:3], FORCE_SCALE), **dict.fromkeys(CONSTANTS[3:], MOMENT_SCALE)},
         name="perfectly anisotropic rod, reduced",
+    )  # fmt: skip
+
+
+def to_reduced(solution: Solution) -> Solution:
+    """The same state as a solution of :func:`reduced_problem`."""
+    frame = np.array(directors(solution.values[0, 6:10]))
+    n1, n2, n3, m2, k1, tau = solution.values[0, :6]
+    force = np.array([n1, n2, n3]) @ frame
+    moment = np.array([solution["a"] * k1, m2, tau]) @ frame
+    parameters = dict(zip(solution.parameter_names, solution.parameters, strict=True))
+    values = np.array([*(parameters[k] for k in ("a", "psi0", "dL", "dD")), *force, *moment])
+    return replace(
+        solution, unknowns=REDUCED_UNKNOWNS, parameter_names=tuple(reduced_problem().parameters), parameters=values,
+        values=solution.values[:, 6:].copy(), stages=solution.stages[..., 6:].copy(),
+    )  # fmt: skip
+
+
+def from_reduced(solution: Solution) -> Solution:
+    """The same state as a solution of :func:`rod_problem`."""
+    p = dict(zip(solution.parameter_names, solution.parameters, strict=True))
+    force = np.array([p[k] for k in CONSTANTS[:3]])
+    moment = np.array([p[k] for k in CONSTANTS[3:]])
+    origin = np.array([0.0, 0.0, -p["dD"]])
+
+    def extended(u: np.ndarray) -> np.ndarray:
+        frame = np.moveaxis(np.array(directors(u[..., :4])), 0, -2)
+        body_force = frame @ force
+        body_moment = np.einsum("...da,...a->...d", frame, moment - np.cross(u[..., 4:] - origin, force))
+        strains = body_moment[..., [0, 2]] / [p["a"], 1.0]
+        return np.concatenate([body_force, body_moment[..., 1:2], strains, u], axis=-1)
+
+    return replace(
+        solution, unknowns=UNKNOWNS, parameter_names=("a", "psi0", "dL", "dD"), parameters=solution.parameters[:4].copy(),
+        values=extended(solution.values), stages=extended(solution.stages),
     )  # fmt: skip
 
 

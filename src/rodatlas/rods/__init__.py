@@ -1,0 +1,17 @@
+"""Rods and bands: from a physical description to boundary value problems, states and their stability."""
+
+from rodatlas.rods.band import Band, bending_ratio, limiting_shear
+from rodatlas.rods.conjugate_points import IndexResult, index_nodes, morse_index
+from rodatlas.rods.ends import Ends
+from rodatlas.rods.perfectly_anisotropic import from_reduced, reduced_problem, rod_problem, to_reduced
+from rodatlas.rods.planar import planar_states
+from rodatlas.rods.reach import state_at
+from rodatlas.rods.stability import index_of
+from rodatlas.rods.state import RodState
+from rodatlas.rods.symmetry import asymmetry, is_symmetric, mirror_angle, mirror_shear, reverse
+
+__all__ = [
+    "Band", "Ends", "IndexResult", "RodState", "asymmetry", "bending_ratio", "from_reduced", "index_nodes", "index_of",
+    "is_symmetric", "limiting_shear", "mirror_angle", "mirror_shear", "morse_index", "planar_states",
+    "reduced_problem", "reverse", "rod_problem", "state_at", "to_reduced",
+]  # fmt: skip
