@@ -53,8 +53,7 @@ def test_a_circle_is_closed_and_has_two_folds() -> None:
     np.testing.assert_allclose(sorted(x.solution["lam"] for x in branch.of_kind("fold")), [-1, 1], atol=1e-12)
     np.testing.assert_allclose(sorted(x.solution["lam"] for x in branch.of_kind("zero of x0")), [-0.8, 0.8], atol=1e-9)
     np.testing.assert_allclose(branch.points[-1].solution.values, branch.points[0].solution.values)
-    # a step is a projection on the tangent: it falls short of the arc by a term of third order
-    assert branch.points[-1].arclength == pytest.approx(2 * np.pi, rel=0.02)
+    assert branch.points[-1].arclength == pytest.approx(2 * np.pi, rel=1e-3)
 
 
 def test_the_fold_knows_its_curvature_and_precision() -> None:
@@ -248,19 +247,19 @@ def test_the_mesh_limit_ends_a_branch_with_a_boundary_layer() -> None:
         unknowns=("u", "v"), parameters={"lam": 0.0},
     )  # fmt: skip
     start = Solution.from_function(lambda s: np.column_stack([1 - s, -1 + 0 * s]), bvp.unknowns, {"lam": 0.0})
-    options = TraceOptions(bounds={"lam": (-0.5, 8)}, mesh=MeshControl(intervals=(8, 16)), locate=())
+    options = TraceOptions(bounds={"lam": (-0.5, 8)}, mesh=MeshControl(tolerance=1e-10, intervals=(8, 16)), locate=())
+    wide = MeshControl(tolerance=1e-10, intervals=(8, 200))
     branch = trace(bvp, start, ("lam",), options)
     assert branch.ends == (EndReason.RANGE, EndReason.MESH_LIMIT)
     assert branch.points[-1].solution.intervals == 16
-    assert branch.points[-1].solution.error > 1e-7
-    free = trace(bvp, start, ("lam",), replace(options, mesh=MeshControl(intervals=(8, 200)), bounds={"lam": (-0.5, 5)}))
+    assert branch.points[-1].solution.error > 1e-9
+    free = trace(bvp, start, ("lam",), replace(options, mesh=wide, bounds={"lam": (-0.5, 5)}))
     assert free.ends == (EndReason.RANGE, EndReason.RANGE)
     sizes = [p.solution.intervals for p in free]
     assert max(sizes) > 16  # grows with the layer
     exact = -np.exp(5) / np.tanh(np.exp(5))
     assert free.points[-1].solution["v"][0] == pytest.approx(exact, rel=1e-7)
-    back = trace(bvp, free.points[-1].solution, ("lam",), replace(options, mesh=MeshControl(intervals=(8, 200))), both=False,
-                 direction=-1)  # fmt: skip
+    back = trace(bvp, free.points[-1].solution, ("lam",), replace(options, mesh=wide), both=False, direction=-1)
     assert back.points[-1].solution.intervals < 16  # and shrinks with it
 
 
@@ -313,8 +312,7 @@ def test_nan_anywhere_is_noticed(where: str) -> None:
     )  # fmt: skip
     with pytest.raises(NotConverged) as caught:
         solve(bvp, constant(bvp), ("nu" if where == "jacobian" else "lam", "mu"))
-    assert caught.value.code in (NewtonCode.NOT_FINITE, NewtonCode.SINGULAR)
-    assert (caught.value.code is NewtonCode.NOT_FINITE) == (where != "jacobian")
+    assert caught.value.code is NewtonCode.NOT_FINITE
 
 
 def test_settings_are_checked() -> None:

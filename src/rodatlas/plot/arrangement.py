@@ -18,6 +18,7 @@ if TYPE_CHECKING:
     from rodatlas.continuation import Solution
 
 MOST = 5  # drawings in a strip
+COLUMNS = 4  # the strip is wide enough for this many at least
 TRIAD = 36.0  # width of the corner that is left for the directions of x, y and z, in points
 
 
@@ -32,11 +33,11 @@ class Shown:
 
 @dataclass(frozen=True)
 class Slot:
-    """Where a drawing goes: strip (+1 above, -1 below), column, columns in the strip."""
+    """Where a drawing goes: strip (+1 above, -1 below), place in its order, and the middle in points."""
 
     strip: int
     column: int
-    columns: int
+    center: float
 
 
 class Layout:
@@ -60,16 +61,30 @@ class Layout:
         self._weight = np.concatenate(
             [np.full(len(c) - 1, 2.0 if s.stable else 1.0) for c, s in zip(curves, drawn.stretches, strict=True)]
         )
+        self._names = np.concatenate([np.full(len(c) - 1, s.name or "") for c, s in zip(curves, drawn.stretches, strict=True)])
         self._boxes = np.array([[0.5 * (b[0] + b[2]), 0.5 * (b[1] + b[3])] for b in drawn.obstacles.boxes
                                 if b[3] - b[1] < 60.0]).reshape(-1, 2)  # fmt: skip
         self._known: dict[tuple[Slot, float, float], float] = {}
 
-    def cell(self, slot: Slot) -> tuple[float, float, float, float]:
+    def cell(self, slot: Slot, columns: int) -> tuple[float, float, float, float]:
         """(left, bottom, width, height) of a drawing with its caption, in points."""
-        right = self.right - (TRIAD if slot.strip == self.triad_strip else 0.0)
-        width = (right - self.left) / slot.columns
+        width = self.cell_width(slot.strip, columns)
         bottom = self.high - self.height if slot.strip > 0 else self.low
-        return self.left + slot.column * width, bottom, width, self.height
+        return slot.center - 0.5 * width, bottom, width, self.height
+
+    def cell_width(self, strip: int, columns: int) -> float:
+        return (self._right_of(strip) - self.left) / max(columns, COLUMNS)
+
+    def slots(self, strip: int, wanted: np.ndarray) -> list[Slot]:
+        """Cells side by side in the given order, their middles as near as possible to the wanted ones (n,)."""
+        n = len(wanted)
+        width = self.cell_width(strip, n)
+        free = isotonic(wanted - width * np.arange(n))
+        free = np.clip(free, self.left + 0.5 * width, self._right_of(strip) - width * (n - 0.5))
+        return [Slot(strip, i, float(x)) for i, x in enumerate(free + width * np.arange(n))]
+
+    def _right_of(self, strip: int) -> float:
+        return self.right - (TRIAD if strip == self.triad_strip else 0.0)
 
     @property
     def triad_strip(self) -> int:
@@ -78,8 +93,13 @@ class Layout:
 
     def start(self, slot: Slot) -> np.ndarray:
         """Where the line from a drawing starts: at the side of its caption that faces the diagram."""
-        left, bottom, width, height = self.cell(slot)
-        return np.array([left + 0.5 * width, bottom + 2.0 if slot.strip > 0 else bottom + height - 2.0])
+        y = self.high - self.height + 2.0 if slot.strip > 0 else self.low + self.height - 2.0
+        return np.array([slot.center, y])
+
+    def ambiguity(self, name: str, place: np.ndarray) -> float:
+        """Price of a place on a curve where another curve is near."""
+        near = np.hypot(*(self._one - place).T) < 7.0
+        return float((self._weight * (near & (self._names != name))).sum())
 
     def price(self, slot: Slot, place: np.ndarray) -> float:
         key = (slot, float(place[0]), float(place[1]))
@@ -108,79 +128,107 @@ def crosses(start: np.ndarray, end: np.ndarray, one: np.ndarray, two: np.ndarray
     return (side(start, end, one) * side(start, end, two) < 0) & (side(one, two, start) * side(one, two, end) < 0)
 
 
+def isotonic(values: np.ndarray) -> np.ndarray:
+    """The non-decreasing sequence nearest to the values, in the sense of least squares (pool adjacent violators)."""
+    blocks: list[tuple[float, int]] = []
+    for value in values:
+        mean, count = float(value), 1
+        while blocks and blocks[-1][0] > mean:
+            other, more = blocks.pop()
+            mean, count = (mean * count + other * more) / (count + more), count + more
+        blocks.append((mean, count))
+    return np.concatenate([np.full(count, mean) for mean, count in blocks]) if blocks else np.empty(0)
+
+
 def arrange(layout: Layout, shown: list[Shown]) -> tuple[list[Slot], list[int]]:
-    """A slot for each state, and which of its solutions is drawn there."""
-    middle = [len(one.solutions) // 2 for one in shown]
+    """A slot for each state, and which of its solutions is drawn there.
+
+    The states are divided between the strips in every way, in the order of their places; the most promising divisions
+    are improved by choosing other solutions and by swapping neighbours.
+    """
+    own = [[layout.ambiguity(one.name, place) for place in one.places] for one in shown]
+    for one, price in zip(shown, own, strict=True):
+        off = np.linspace(-0.5, 0.5, len(price)) if len(price) > 1 else np.zeros(1)
+        price[:] = list(np.array(price) + np.abs(off))
+    middle = [int(np.argmin(price)) for price in own]
     trials = []
     for sides in itertools.product((1, -1) if layout.strips[0] else (1,), repeat=len(shown)):
         if max(sides.count(1), sides.count(-1)) > max(MOST, (len(shown) + 1) // 2):
             continue
-        slots = _in_order(shown, middle, sides)
-        trials.append((_total(layout, shown, slots, middle) + 0.6 * _imbalance(sides), slots))
+        orders = _orders(shown, middle, sides)
+        slots = _slots(layout, shown, middle, orders)
+        trials.append((_total(layout, shown, slots, middle, own) + 0.6 * max(abs(sum(sides)) - 1, 0), orders))
     trials.sort(key=lambda t: t[0])
     best: tuple[float, list[Slot], list[int]] | None = None
-    for _, first in trials[:6]:
-        price, slots, chosen = _descend(layout, shown, first, list(middle))
-        price += 0.6 * _imbalance(tuple(s.strip for s in slots))
-        if best is None or price < best[0]:
-            best = price, slots, chosen
+    for _, orders in trials[:5]:
+        found = _improve(layout, shown, orders, middle, own)
+        if best is None or found[0] < best[0]:
+            best = found
     return (best[1], best[2]) if best else ([], [])
 
 
-def _imbalance(sides: Sequence[int]) -> int:
-    return max(abs(sum(sides)) - 1, 0)
+def _orders(shown: list[Shown], chosen: list[int], sides: Sequence[int]) -> dict[int, list[int]]:
+    """For each strip its states from left to right."""
+    return {
+        strip: sorted(
+            (i for i, side in enumerate(sides) if side == strip), key=lambda i: float(shown[i].places[chosen[i], 0])
+        )
+        for strip in (1, -1)
+    }
 
 
-def _in_order(shown: list[Shown], chosen: list[int], sides: Sequence[int]) -> list[Slot]:
-    """Slots in the order of the places from left to right, strip by strip."""
+def _slots(layout: Layout, shown: list[Shown], chosen: list[int], orders: dict[int, list[int]]) -> list[Slot]:
     slots: dict[int, Slot] = {}
-    for strip in (1, -1):
-        mine = [i for i, side in enumerate(sides) if side == strip]
-        mine.sort(key=lambda i: float(shown[i].places[chosen[i], 0]))
-        slots |= {i: Slot(strip, column, len(mine)) for column, i in enumerate(mine)}
+    for strip, order in orders.items():
+        wanted = np.array([shown[i].places[chosen[i], 0] for i in order])
+        slots |= dict(zip(order, layout.slots(strip, wanted), strict=True))
     return [slots[i] for i in range(len(shown))]
 
 
-def _total(layout: Layout, shown: list[Shown], slots: list[Slot], chosen: list[int]) -> float:
-    """Price of all lines, and of those that cross each other."""
-    ends = [one.places[k] for one, k in zip(shown, chosen, strict=True)]
-    starts = [layout.start(slot) for slot in slots]
+def _total(
+    layout: Layout, shown: list[Shown], slots: list[Slot], chosen: list[int], own: list[list[float]]
+) -> float:
+    """Price of the chosen places, of all lines, and of those that cross each other."""
+    ends = np.array([one.places[k] for one, k in zip(shown, chosen, strict=True)])
+    starts = np.array([layout.start(slot) for slot in slots])
     price = sum(layout.price(slot, end) for slot, end in zip(slots, ends, strict=True))
-    for i, j in itertools.combinations(range(len(slots)), 2):
-        if crosses(starts[i], ends[i], starts[j][None], ends[j][None])[0]:
-            price += 20.0
-        price += 4.0 * (np.hypot(*(ends[i] - ends[j])) < 12.0)
-    return float(price)
+    price += sum(prices[k] for prices, k in zip(own, chosen, strict=True))
+    i, j = np.triu_indices(len(slots), 1)
+    crossing = crosses(starts[i], ends[i], starts[j], ends[j]).sum()
+    crowded = (np.hypot(*(ends[i] - ends[j]).T) < 12.0).sum()
+    return float(price + 20.0 * crossing + 4.0 * crowded)
 
 
-def _descend(
-    layout: Layout, shown: list[Shown], slots: list[Slot], chosen: list[int]
+def _improve(
+    layout: Layout, shown: list[Shown], orders: dict[int, list[int]], chosen: list[int], own: list[list[float]]
 ) -> tuple[float, list[Slot], list[int]]:
-    """Improve the choice of solutions, one state after the other, then swap neighbouring drawings while that helps."""
-    price, chosen = _settle(layout, shown, slots, chosen)
+    """Choose the solutions anew, then swap neighbouring drawings while that helps."""
+    best = _settle(layout, shown, orders, chosen, own)
     improved = True
     while improved:
         improved = False
-        for i, j in itertools.combinations(range(len(slots)), 2):
-            if slots[i].strip != slots[j].strip or abs(slots[i].column - slots[j].column) != 1:
-                continue
-            trial = list(slots)
-            trial[i], trial[j] = slots[j], slots[i]
-            new_price, new_chosen = _settle(layout, shown, trial, list(chosen))
-            if new_price < price - 1e-9:
-                price, slots, chosen, improved = new_price, trial, new_chosen, True
-    return price, slots, chosen
+        for strip, order in orders.items():
+            for k in range(len(order) - 1):
+                trial = dict(orders)
+                trial[strip] = [*order[:k], order[k + 1], order[k], *order[k + 2 :]]
+                found = _settle(layout, shown, trial, best[2], own)
+                if found[0] < best[0] - 1e-9:
+                    best, orders, improved = found, trial, True
+                    break
+            if improved:
+                break
+    return best
 
 
-def _settle(layout: Layout, shown: list[Shown], slots: list[Slot], chosen: list[int]) -> tuple[float, list[int]]:
-    """Choose each state's solution in turn, the others held; near the middle of the range is better."""
-
-    def price(trial: list[int]) -> float:
-        off = sum(abs(k / max(len(one.solutions) - 1, 1) - 0.5) for one, k in zip(shown, trial, strict=True))
-        return _total(layout, shown, slots, trial) + off
-
+def _settle(
+    layout: Layout, shown: list[Shown], orders: dict[int, list[int]], chosen: list[int], own: list[list[float]]
+) -> tuple[float, list[Slot], list[int]]:
+    """Choose each state's solution in turn, the others held; then let the drawings follow their places."""
+    slots = _slots(layout, shown, chosen, orders)
     for _ in range(2):
         for i, one in enumerate(shown):
             trials = [[*chosen[:i], k, *chosen[i + 1 :]] for k in range(len(one.solutions))]
-            chosen = min(trials, key=price)
-    return price(chosen), chosen
+            chosen = min(trials, key=lambda trial: _total(layout, shown, slots, trial, own))
+    moved = _slots(layout, shown, chosen, orders)
+    before, after = (_total(layout, shown, x, chosen, own) for x in (slots, moved))
+    return (after, moved, chosen) if after <= before else (before, slots, chosen)

@@ -121,13 +121,14 @@ def _draw_bands(
         render_band(inset, plus_member(one.solutions[k]), width, color=color_of(one.name))
         drawings.append((inset, np.ptp(inset.get_xlim()), np.ptp(inset.get_ylim())))
         _caption(fig, ax, layout, one, slot, k)
-    room = [(layout.cell(slot)[2] - 6.0, layout.height - CAPTION - 8.0) for slot in slots]
+    columns = {strip: sum(slot.strip == strip for slot in slots) for strip in (1, -1)}
+    room = [(layout.cell_width(slot.strip, columns[slot.strip]) - 6.0, layout.height - CAPTION - 8.0) for slot in slots]
     scale = min(
         min(across / w, up / h) for (across, up), (_, w, h) in zip(room, drawings, strict=True)
     ) if drawings else 1.0  # fmt: skip
     page = np.array([fig.get_figwidth(), fig.get_figheight()]) * 72.0
     for (inset, w, h), slot in zip(drawings, slots, strict=True):
-        left, bottom, across, up = layout.cell(slot)
+        left, bottom, across, up = layout.cell(slot, columns[slot.strip])
         size = np.array([w, h]) * scale
         free = 0.5 * (up - CAPTION - size[1])
         low = bottom + CAPTION + min(free, 6.0) if slot.strip > 0 else bottom + up - CAPTION - size[1] - min(free, 6.0)

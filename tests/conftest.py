@@ -1,0 +1,10 @@
+"""Fixtures that several test folders share: computed once per worker."""
+
+import pytest
+
+from rodatlas.atlas import SliceSettings, compute_slice
+
+
+@pytest.fixture(scope="session")
+def slice_15():
+    return compute_slice(SliceSettings(15.0))
