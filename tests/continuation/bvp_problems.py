@@ -81,8 +81,8 @@ def tangled() -> BVP:
             p.f * u.w * u.x + p.a,
         ],
         lambda left, right, p: [
-            left.x * right.y - p.a, left.y + right.y**2 - p.b * left.z, right.z * left.z - np.cos(p.c), right.x - left.w,
-            right.w**2 - p.d * left.x,
+            left.x * right.y - p.a, left.y + right.y**2 - p.b * left.z, right.z * left.z - np.cos(p.c),
+            right.x - left.w, right.w**2 - p.d * left.x,
         ],
         [lambda s, u, p: [u.x * u.z - p.b, s * u.y**2 - p.c * p.d], lambda s, u, p: u.w - p.a * u.y],
         unknowns=("x", "y", "z", "w"), parameters={"a": 0.7, "b": -0.3, "c": 0.4, "d": 1.1, "e": 0.0, "f": 1.0},

@@ -201,7 +201,8 @@ def test_wrong_problems_are_refused_by_name() -> None:
         return [left.u, right.u]
 
     def make(rhs=lambda s, u, p: [u.v, -u.u], boundary=good, unknowns=("u", "v"), parameters=None, **more):
-        return BVP(rhs, boundary, unknowns=unknowns, parameters={"lam": 1.0} if parameters is None else parameters, **more)
+        parameters = {"lam": 1.0} if parameters is None else parameters
+        return BVP(rhs, boundary, unknowns=unknowns, parameters=parameters, **more)
 
     assert repr(make()) == "BVP(bvp: 2 unknowns, 2 boundary and 0 integral conditions, 1 free parameter)"
     with pytest.raises(ValueError, match="rhs: expected 2 values, one per unknown, got 1"):

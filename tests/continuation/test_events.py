@@ -247,20 +247,21 @@ def test_the_mesh_limit_ends_a_branch_with_a_boundary_layer() -> None:
         unknowns=("u", "v"), parameters={"lam": 0.0},
     )  # fmt: skip
     start = Solution.from_function(lambda s: np.column_stack([1 - s, -1 + 0 * s]), bvp.unknowns, {"lam": 0.0})
-    options = TraceOptions(bounds={"lam": (-0.5, 8)}, mesh=MeshControl(tolerance=1e-10, intervals=(8, 16)), locate=())
+    options = TraceOptions(bounds={"lam": (-0.5, 8)}, mesh=MeshControl(tolerance=1e-10, intervals=(8, 12)), locate=())
     wide = MeshControl(tolerance=1e-10, intervals=(8, 200))
     branch = trace(bvp, start, ("lam",), options)
     assert branch.ends == (EndReason.RANGE, EndReason.MESH_LIMIT)
-    assert branch.points[-1].solution.intervals == 16
-    assert branch.points[-1].solution.error > 1e-9
+    assert branch.points[-1].solution.intervals == 12
+    assert branch.points[-1].solution.error > 1e-10
     free = trace(bvp, start, ("lam",), replace(options, mesh=wide, bounds={"lam": (-0.5, 5)}))
     assert free.ends == (EndReason.RANGE, EndReason.RANGE)
     sizes = [p.solution.intervals for p in free]
-    assert max(sizes) > 16  # grows with the layer
+    assert max(sizes) > 1.5 * min(sizes)  # grows with the layer
     exact = -np.exp(5) / np.tanh(np.exp(5))
     assert free.points[-1].solution["v"][0] == pytest.approx(exact, rel=1e-7)
-    back = trace(bvp, free.points[-1].solution, ("lam",), replace(options, mesh=wide), both=False, direction=-1)
-    assert back.points[-1].solution.intervals < 16  # and shrinks with it
+    down = replace(options, mesh=wide, bounds={"lam": (-3.0, 8.0)})
+    back = trace(bvp, free.points[-1].solution, ("lam",), down, both=False, direction=-1)
+    assert back.points[-1].solution.intervals < max(sizes) / 1.5  # and shrinks with it
 
 
 def test_a_branch_may_start_at_a_fold_or_a_branch_point() -> None:

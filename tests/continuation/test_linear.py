@@ -68,7 +68,8 @@ def determinant(a: BorderedMatrix) -> tuple[float, float]:
     n_int, m, n, k = a.sizes
     stages = n_int * m * n
     mesh = stages + np.arange((n_int + 1) * n).reshape(n_int + 1, n)
-    order = [*range(stages), *mesh[1:-1].ravel(), *mesh[0], *mesh[-1], *range(stages + mesh.size, stages + mesh.size + k)]
+    scalars = range(stages + mesh.size, stages + mesh.size + k)
+    order = [*range(stages), *mesh[1:-1].ravel(), *mesh[0], *mesh[-1], *scalars]
     sign, log_det = np.linalg.slogdet(assembled(a)[:, order])
     return sign * a.scheme.d_sign ** (n_int * n), log_det - n_int * n * a.scheme.d_log
 

@@ -79,7 +79,8 @@ def follow_slice(
     Branches that are not connected inside the shear range (uUu above 27.7 degrees, say) are reached by following
     the stable and once-unstable states of a reference angle in the angle, at fixed shear, unless `carry` is off.
     """
-    cache, frontier = cache or BranchCache(), Frontier()
+    cache = BranchCache() if cache is None else cache
+    frontier = Frontier()
     say = _Reporter(progress, frontier)
     _follow_seeds(frontier, planar_seeds(settings, say, frontier), settings, cache, say)
     if carry and abs(settings.angle_deg - settings.reference_angle_deg) > 1e-9:

@@ -173,10 +173,14 @@ def _left_vector(colloc: Collocation, fac: Factorization, x: Columns, scalar: in
 def _borders(colloc: Collocation, x: Columns, tangent: Columns) -> tuple[list[Row], Blocks] | None:
     """Rows (tangent, second kernel vector) and column (left kernel vector) from inverse iteration."""
     row = colloc.row(tangent)
+    rng = np.random.default_rng(7)
     fac = colloc.factor(colloc.linearize(x), [row])
+    if fac.sign == 0.0:  # exactly singular: vectors from close by will do
+        shift, scalars = 1e-6 * rng.normal(size=x.stage.shape[2]), 1e-6 * rng.normal(size=x.scalars.shape)
+        near = Columns(x.stage + shift, x.mesh + shift, x.scalars + scalars)
+        fac = colloc.factor(colloc.linearize(near), [row])
     if fac.sign == 0.0:
         return None
-    rng = np.random.default_rng(7)
     phi = Columns(rng.normal(size=x.stage.shape), rng.normal(size=x.mesh.shape), rng.normal(size=x.scalars.shape))
     psi = fac.solve_transposed(phi)
     for _ in range(3):

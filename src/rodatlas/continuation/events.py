@@ -47,7 +47,7 @@ class Located:
 
 @dataclass(frozen=True)
 class Segment:
-    """Two frames on one discretisation, `step` apart; `start` is the arclength of the first."""
+    """Two frames on one discretisation, `step` apart along the curve; `start` is the arclength of the first."""
 
     left: Frame
     right: Frame
@@ -85,7 +85,7 @@ class Segment:
     def holds(self, x: Columns) -> bool:
         """Whether x lies on this piece of the curve (and not on another solution that Newton fell on)."""
         fraction, off = self.position(x)
-        return -0.05 <= fraction <= 1.05 and off < 0.1
+        return -1e-3 <= fraction <= 1 + 1e-3 and off < 0.1
 
 
 def changes(a: float, b: float) -> bool:
@@ -121,7 +121,8 @@ def unresolved(segment: Segment, events: list[Located], options: TraceOptions, t
     """Whether a shorter step should tell more.
 
     It should when several folds or branch points crowd on the segment, when the turns of the parameter do not add
-    up, when an event lies beyond a bound, and (down to an eighth of the step tried first) when one was not located.
+    up, when the parameter may have turned twice, when an event lies beyond a bound, and (down to an eighth of the
+    step tried first) when one was not located.
     """
     if sum(not e.is_zero for e in events) > 1:
         return True
@@ -130,7 +131,29 @@ def unresolved(segment: Segment, events: list[Located], options: TraceOptions, t
         return True
     if any(e.special.status is Status.BRACKETED for e in events) and segment.step > tried / 8:
         return True
+    if "fold" in options.locate and may_turn_twice(segment):
+        return True
     return any(_outside(e.special, segment, options) for e in events)
+
+
+def may_turn_twice(segment: Segment) -> bool:
+    """Whether two folds may hide on a segment at whose ends the parameter changes in the same direction.
+
+    Values and slopes of the parameter at both ends give its slope in the middle (cubic Hermite interpolation); it is
+    suspicious when the parabola through the three slopes has an extremum on the
+    segment where it falls below half of the slopes at the ends.
+    """
+    left, right = segment.fold_tests
+    if left * right <= 0:
+        return False
+    mean = (segment.right.parameter - segment.left.parameter) / segment.step
+    middle = 1.5 * mean - (left + right) / 4
+    bend = 2 * (left + right - 2 * middle)  # slope(x) = left + start x + bend x^2 on 0 <= x <= 1
+    start = right - left - bend
+    if bend == 0.0 or not 0.0 < -start / (2 * bend) < 1.0:
+        return False
+    extremum = left - start**2 / (4 * bend)
+    return bool(extremum / left < 0.5 * min(1.0, right / left))
 
 
 def _outside(special: SpecialPoint, segment: Segment, options: TraceOptions) -> bool:

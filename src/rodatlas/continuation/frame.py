@@ -91,16 +91,24 @@ def first_frame(
     x = colloc.state(solution)
     name = bvp.parameter_names[free[0]]
     held = fixed(name, solution.parameter(name))(colloc)
-    for i, guess in enumerate(_directions(x, len(free))):
+    failed = None
+    directions = _directions(x, len(free))
+    for i, guess in enumerate(directions):
         result = newton(colloc, x, [plane(colloc, guess, x) if i else held], options.newton)
         if not result.converged:
+            failed = failed or result
             continue
+        if failed and abs(result.state.scalars[0] - x.scalars[0]) > 1e-6:
+            break  # a solution, but at another value of the parameter
         fac = colloc.factor(colloc.linearize(result.state), [colloc.row(guess)])
         if fac.sign != 0.0:
             frame = with_tests(Frame(colloc, result.state, unit_tangent(colloc, fac, guess), (0.0, 0.0)))
-            return _off_singular(frame, guess), result
-        result = replace(result, code=NewtonCode.SINGULAR)
-    return None, result
+            return (frame if _is_regular(frame) else _at_branch_point(colloc, frame.x, guess) or frame), result
+        failed = failed or replace(result, code=NewtonCode.SINGULAR)
+    assert failed is not None
+    if failed.code is NewtonCode.SINGULAR:
+        return _at_branch_point(colloc, x, directions[0]), failed
+    return None, failed
 
 
 def _directions(x: Columns, k: int) -> list[Columns]:
@@ -110,27 +118,28 @@ def _directions(x: Columns, k: int) -> list[Columns]:
     return [parameter, Columns(np.tile(shift, (*x.stage.shape[:2], 1)), np.tile(shift, (len(x.mesh), 1)), np.zeros(k))]
 
 
-def _off_singular(frame: Frame, along: Columns) -> Frame:
-    """The frame itself, or at a branch point (where its tangent is round-off) one with the tangent nearest `along`.
+def _is_regular(frame: Frame) -> bool:
+    """Whether the bordered matrix is far from singular; at a branch point the tangent is round-off.
 
-    There the bordered matrix is singular; its inverse, applied to a smooth right-hand side, tells.
+    Its inverse, applied to a smooth right-hand side, tells.
     """
     colloc, x = frame.colloc, frame.x
     row = colloc.row(frame.tangent)
     fac = colloc.factor(colloc.linearize(x), [row])
+    if fac.sign == 0.0:
+        return False
     rhs = colloc.right_hand_side(None, [row], [1.0])
     weights = np.random.default_rng(5).normal(size=(2, x.stage.shape[2]))
     smooth = (weights[0] + colloc.gauss[..., None] * weights[1]) * colloc.step[:, None, None]
-    y = fac.solve(Blocks(smooth, rhs.chain, rhs.ends, rhs.dense)) if fac.sign != 0.0 else None
-    if y is not None and colloc.norm(y) < 1e6:
-        return frame
-    directions = kernel_directions(colloc, x, along)
-    if directions is None:
-        return frame
-    state, (first, *_) = directions
-    if colloc.norm(add(state, (-1.0, x))) > 1e-4:
-        return frame
-    return replace(frame, x=state, tangent=first, branch_test=(0.0, -np.inf))
+    return colloc.norm(fac.solve(Blocks(smooth, rhs.chain, rhs.ends, rhs.dense))) < 1e6
+
+
+def _at_branch_point(colloc: Collocation, x: Columns, along: Columns) -> Frame | None:
+    """Frame at a branch point very close to x, with the tangent nearest `along`; None when there is none."""
+    found = kernel_directions(colloc, x, along)
+    if found is None or colloc.norm(add(found[0], (-1.0, x))) > 1e-4:
+        return None
+    return Frame(colloc, found[0], found[1][0], (0.0, -np.inf))
 
 
 def with_tests(frame: Frame) -> Frame:
@@ -163,6 +172,7 @@ def adapted(frame: Frame, options: TraceOptions) -> tuple[Frame, int]:
     t = unit_tangent(moved.colloc, result.factorization, moved.tangent)
     if t.scalars[0] * frame.fold_test < 0:
         return replace(frame, error=error), spent
+    error *= max(1.0, len(colloc.step) / intervals) ** (2 * colloc.scheme.points)  # on fewer intervals
     sign = frame.branch_test[0] or result.factorization.sign
     tests = (sign, result.factorization.log_det)
     return replace(moved, x=result.state, tangent=t, error=error, branch_test=tests), spent

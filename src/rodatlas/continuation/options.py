@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import asdict, dataclass, field
+from dataclasses import asdict, dataclass, field, replace
 from typing import TYPE_CHECKING, Any
 
 from rodatlas.continuation.mesh import MeshControl
@@ -67,6 +67,7 @@ class TraceOptions:
     index : function of a solution that returns an integer (None: unknown) which changes by one at each simple fold
         and branch point (the Morse index of a variational problem); it is compared with the located events.
     stop_at : function of (special point, last point); True ends the branch at the special point.
+    newton : its tolerance is lowered to a tenth of the mesh's when it is above.
     on_point : called with every accepted point (progress).
     max_points, max_folds : limits in each direction; the branch ends at the fold that is one too many.
     backend : 'numba' or 'scipy'; None follows the environment variable RODATLAS_BACKEND and what is installed.
@@ -96,6 +97,8 @@ class TraceOptions:
             raise ValueError(f"backend: expected 'numba', 'scipy' or None, got '{self.backend}'")
         if self.max_points < 1:
             raise ValueError(f"max_points: expected at least 1, got {self.max_points}")
+        if self.newton.tolerance > 0.1 * self.mesh.tolerance:  # else no mesh could meet its own tolerance
+            object.__setattr__(self, "newton", replace(self.newton, tolerance=0.1 * self.mesh.tolerance))
 
     def check_names(self, bvp: BVP, free: Sequence[str]) -> None:
         """Raise ValueError when a bound or zero is neither a free parameter nor an observable."""
@@ -108,6 +111,7 @@ class TraceOptions:
     def settings(self) -> dict[str, Any]:
         """The options as plain values, for a record of the run (functions by name)."""
         plain: dict[str, Any] = {key: asdict(getattr(self, key)) for key in ("step", "mesh", "newton")}
+        plain["mesh"]["intervals"] = list(self.mesh.intervals)
         plain["bounds"] = {name: [float(v) for v in pair] for name, pair in self.bounds.items()}
         plain["zeros"] = {name: float(v) for name, v in self.zeros.items()}
         plain["locate"] = list(self.locate)

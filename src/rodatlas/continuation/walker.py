@@ -61,6 +61,7 @@ class Walker:
         self._step = options.step.initial
         self._folds = 0
         self._count = 0
+        self._early: set[str] = set()
 
     @property
     def scale(self) -> Scale:
@@ -104,9 +105,7 @@ class Walker:
                 discrepancy = self._unexplained(point, events)
                 doubtful = discrepancy or unresolved(segment, events, self.options, self._step)
                 if not doubtful or step <= finest:
-                    grown = control.next_step(step if trial.at_bound else trial.length, trial.first_correction,
-                                              trial.iterations)  # fmt: skip
-                    self._step = grown
+                    self._step = control.next_step(step, trial.first_correction, trial.iterations)
                     return self._accept(segment, point, events, discrepancy, trial.at_bound)
             step *= 0.5
         self.end = EndReason.MIN_STEP
@@ -124,17 +123,21 @@ class Walker:
         if sum(result.corrections) > control.max_correction * step:
             return None
         frame = here.reached(result.state, result.factorization, step)
-        if here.colloc.inner(frame.tangent, here.tangent) < control.min_cosine:
+        cosine = here.colloc.inner(frame.tangent, here.tangent)
+        if cosine < control.min_cosine:
             return None
+        # the length of a circular arc with the same projection on the tangent
+        length = here.colloc.inner(here.tangent, add(result.state, (-1.0, here.x))) * _arc_over_sine(cosine)
+        frame = replace(frame, previous_step=length)
         iterations, first = len(result.corrections), result.corrections[0]
         crossed = self._crossed_bounds(frame)
         if not crossed:
-            return _Trial(frame, step, iterations, first, False)
+            return _Trial(frame, length, iterations, first, False)
         if crossed[0][0] <= 0.0:
             self.end = EndReason.RANGE
             return None
         for fraction, name, bound in crossed:
-            landed = self._land(frame, step, fraction, name, bound)
+            landed = self._land(frame, length, fraction, name, bound)
             if landed is not None and not self._crossed_bounds(landed[0]):
                 return _Trial(*landed, iterations, first, True)
         return None
@@ -155,10 +158,10 @@ class Walker:
                     crossed.append(((bound - before) / (value - before) if inside else 0.0, name, bound))
         return sorted(crossed)
 
-    def _land(self, frame: Frame, step: float, fraction: float, name: str, bound: float) -> tuple[Frame, float] | None:
+    def _land(self, frame: Frame, length: float, fraction: float, name: str, bound: float) -> tuple[Frame, float] | None:
         """Solve for the point exactly at a bound: its frame and distance."""
         here, colloc = self.frame, frame.colloc
-        segment = Segment(here, frame, step, 0.0)
+        segment = Segment(here, frame, length, 0.0)
         result = newton(colloc, segment.interpolate(fraction), [fixed(name, bound)(colloc)], self.options.newton)
         self.newton_iterations += len(result.corrections)
         if not result.converged:
@@ -168,8 +171,10 @@ class Walker:
         fac = colloc.factor(colloc.linearize(result.state), [colloc.row(here.tangent)])
         if fac.sign == 0.0:
             return None
-        length = max(colloc.norm(add(result.state, (-1.0, here.x))), 1e-14)
-        return here.reached(result.state, fac, length), length
+        landed = here.reached(result.state, fac, length)
+        half = np.sqrt((1 + min(1.0, colloc.inner(landed.tangent, here.tangent))) / 2)  # cosine of half the angle
+        length = max(colloc.norm(add(result.state, (-1.0, here.x))) * _arc_over_sine(half), 1e-14)
+        return replace(landed, previous_step=length), length
 
     # -- bookkeeping ----------------------------------------------------------------------------------------------
 
@@ -193,7 +198,9 @@ class Walker:
     ) -> Step:
         closing = None if at_bound else self._closing(segment)
         if closing is not None:  # what lies beyond the start was found when the walk began
-            events = [e for e in events if e.fraction <= closing]
+            events = [e for e in events if e.fraction <= closing and not self._is_first(e, closing)]
+        elif self._count == 0:
+            self._early = {e.special.kind for e in events if e.fraction < 1e-6}
         special = [replace(e.special, index=(self.last.index, point.index)) for e in events]
         self.frame = segment.right
         for i, item in enumerate(special):
@@ -212,6 +219,10 @@ class Walker:
             length = closing * segment.step
             point = replace(self._first, arclength=segment.start + length, iterations=point.iterations, step=length)
         return Step(point, tuple(special), discrepancy)
+
+    def _is_first(self, event: Located, closing: float) -> bool:
+        """Whether an event on the segment that closes the branch is one that was found right at its start."""
+        return event.special.kind in self._early and closing - event.fraction < 1e-6
 
     def _stop_on(self, special: SpecialPoint) -> Point:
         """The special point as last point of the branch."""
@@ -255,6 +266,12 @@ class Walker:
         at_limit = before >= control.intervals[1] and not control.is_fixed_size
         if at_limit and self.frame.error > 10 * control.tolerance:
             self.end = EndReason.MESH_LIMIT
+
+
+def _arc_over_sine(cosine: float) -> float:
+    """Angle over sine, from the cosine: length of a circular arc in units of its projection on a tangent."""
+    angle = float(np.arccos(min(1.0, cosine)))
+    return angle / float(np.sin(angle)) if angle > 1e-6 else 1.0
 
 
 def settled(frame: Frame, options: TraceOptions, passes: int = 6) -> Frame:

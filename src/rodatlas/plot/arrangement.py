@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import itertools
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from rodatlas.continuation import Solution
 
 MOST = 5  # drawings in a strip
-COLUMNS = 4  # the strip is wide enough for this many at least
+COLUMNS = 4.3  # the strip is at least this many drawings wide, so that four have some play
 TRIAD = 36.0  # width of the corner that is left for the directions of x, y and z, in points
 
 
@@ -50,6 +50,8 @@ class Layout:
 
     def __init__(self, ax: Axes, drawn: Drawn, strips: tuple[bool, bool], height: float):
         self.height = height
+        from scipy.spatial import KDTree
+
         box = ax.get_window_extent()
         per_point = 72.0 / ax.figure.dpi
         self.left, self.right = box.x0 * per_point + 4.0, box.x1 * per_point - 12.0
@@ -59,11 +61,12 @@ class Layout:
         self._one = np.concatenate([c[:-1] for c in curves])
         self._two = np.concatenate([c[1:] for c in curves])
         self._weight = np.concatenate(
-            [np.full(len(c) - 1, 2.0 if s.stable else 1.0) for c, s in zip(curves, drawn.stretches, strict=True)]
+            [np.full(len(c) - 1, 4.0 if s.stable else 1.0) for c, s in zip(curves, drawn.stretches, strict=True)]
         )
         self._names = np.concatenate([np.full(len(c) - 1, s.name or "") for c, s in zip(curves, drawn.stretches, strict=True)])
         self._boxes = np.array([[0.5 * (b[0] + b[2]), 0.5 * (b[1] + b[3])] for b in drawn.obstacles.boxes
                                 if b[3] - b[1] < 60.0]).reshape(-1, 2)  # fmt: skip
+        self._curves = KDTree(np.concatenate(curves))
         self._known: dict[tuple[Slot, float, float], float] = {}
 
     def cell(self, slot: Slot, columns: int) -> tuple[float, float, float, float]:
@@ -73,7 +76,7 @@ class Layout:
         return slot.center - 0.5 * width, bottom, width, self.height
 
     def cell_width(self, strip: int, columns: int) -> float:
-        return (self._right_of(strip) - self.left) / max(columns, COLUMNS)
+        return (self._right_of(strip) - self.left) / max(float(columns), COLUMNS)
 
     def slots(self, strip: int, wanted: np.ndarray) -> list[Slot]:
         """Cells side by side in the given order, their middles as near as possible to the wanted ones (n,)."""
@@ -116,7 +119,9 @@ class Layout:
         if len(self._boxes):
             part = np.clip((self._boxes - start) @ way / max(length, 1e-9) ** 2, 0.0, 1.0)
             near = float((np.hypot(*(self._boxes - start - part[:, None] * way).T) < 5.0).sum())
-        return 0.012 * length + 0.008 * abs(way[0]) + crossed + 4.0 * near
+        along = start + np.linspace(0.0, 1.0, max(int(length / 3.0), 2))[:, None] * (place - 4.0 * way / length - start)
+        beside = float((self._curves.query(along, distance_upper_bound=4.0)[0] < 3.0).sum())
+        return 0.02 * length + 0.01 * abs(way[0]) + crossed + 4.0 * near + 0.2 * beside
 
 
 def crosses(start: np.ndarray, end: np.ndarray, one: np.ndarray, two: np.ndarray) -> np.ndarray:
@@ -144,7 +149,7 @@ def arrange(layout: Layout, shown: list[Shown]) -> tuple[list[Slot], list[int]]:
     """A slot for each state, and which of its solutions is drawn there.
 
     The states are divided between the strips in every way, in the order of their places; the most promising divisions
-    are improved by choosing other solutions and by swapping neighbours.
+    are improved by choosing other solutions and by changing the order.
     """
     own = [[layout.ambiguity(one.name, place) for place in one.places] for one in shown]
     for one, price in zip(shown, own, strict=True):
@@ -157,10 +162,10 @@ def arrange(layout: Layout, shown: list[Shown]) -> tuple[list[Slot], list[int]]:
             continue
         orders = _orders(shown, middle, sides)
         slots = _slots(layout, shown, middle, orders)
-        trials.append((_total(layout, shown, slots, middle, own) + 0.6 * max(abs(sum(sides)) - 1, 0), orders))
+        trials.append((_total(layout, shown, slots, middle, own), orders))
     trials.sort(key=lambda t: t[0])
     best: tuple[float, list[Slot], list[int]] | None = None
-    for _, orders in trials[:5]:
+    for _, orders in trials[:3]:
         found = _improve(layout, shown, orders, middle, own)
         if best is None or found[0] < best[0]:
             best = found
@@ -196,28 +201,37 @@ def _total(
     i, j = np.triu_indices(len(slots), 1)
     crossing = crosses(starts[i], ends[i], starts[j], ends[j]).sum()
     crowded = (np.hypot(*(ends[i] - ends[j]).T) < 12.0).sum()
-    return float(price + 20.0 * crossing + 4.0 * crowded)
+    balance = max(abs(sum(slot.strip for slot in slots)) - 1, 0)
+    return float(price + 20.0 * crossing + 4.0 * crowded + 0.6 * balance)
 
 
 def _improve(
     layout: Layout, shown: list[Shown], orders: dict[int, list[int]], chosen: list[int], own: list[list[float]]
 ) -> tuple[float, list[Slot], list[int]]:
-    """Choose the solutions anew, then swap neighbouring drawings while that helps."""
+    """Choose the solutions anew, then change the order of the drawings while that helps."""
     best = _settle(layout, shown, orders, chosen, own)
     improved = True
     while improved:
         improved = False
-        for strip, order in orders.items():
-            for k in range(len(order) - 1):
-                trial = dict(orders)
-                trial[strip] = [*order[:k], order[k + 1], order[k], *order[k + 2 :]]
-                found = _settle(layout, shown, trial, best[2], own)
-                if found[0] < best[0] - 1e-9:
-                    best, orders, improved = found, trial, True
-                    break
-            if improved:
+        for trial in _neighbours(layout, orders):
+            found = _settle(layout, shown, trial, best[2], own)
+            if found[0] < best[0] - 1e-9:
+                best, orders, improved = found, trial, True
                 break
     return best
+
+
+def _neighbours(layout: Layout, orders: dict[int, list[int]]) -> Iterator[dict[int, list[int]]]:
+    """Orders in which two neighbours have changed places, or one drawing has moved to the other strip."""
+    for strip, order in orders.items():
+        for k in range(len(order) - 1):
+            yield orders | {strip: [*order[:k], order[k + 1], order[k], *order[k + 2 :]]}
+        other = orders[-strip]
+        if not layout.strips[0] or len(other) >= MOST:
+            continue
+        for k, i in enumerate(order):
+            for at in range(len(other) + 1):
+                yield {strip: [*order[:k], *order[k + 1 :]], -strip: [*other[:at], i, *other[at:]]}
 
 
 def _settle(

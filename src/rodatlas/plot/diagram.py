@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from rodatlas.plot.curves import Stretch, slice_stretches, unique_events
-from rodatlas.plot.placement import Obstacles, around, axes_box, best_place, dense, text_size, to_points
+from rodatlas.plot.placement import Obstacles, around, axes_box, best_place, dense, text_size, to_points, uncovered
 from rodatlas.plot.protocols import EventLike, SettingsLike, SliceLike
 from rodatlas.plot.style import (
     FAINT,
@@ -68,7 +68,9 @@ def draw_slice(slice_: SliceLike, ax: Axes | None = None) -> Axes:
         draw_heading(slice_.settings, ax)
         label_events(drawn, ax)
         label_states(drawn, ax)
-        ax.figure.draw_without_rendering()
+        settle = getattr(ax.figure, "draw_without_rendering", None)  # a subfigure has none
+        if settle is not None:
+            settle()  # makes the tick labels while the style holds
     return ax
 
 
@@ -88,8 +90,7 @@ def draw_curves(slice_: SliceLike, ax: Axes, free: tuple[float, float] = (0.0, 0
     ax.set_yticks([t for t in ax.get_yticks() if bottom <= t <= top])
     ax.plot([low, high], [0.0, 0.0], color=FAINT, lw=0.5, zorder=0.5)
     ax.plot([0.0, 0.0], [bottom, top], color=FAINT, lw=0.5, zorder=0.5)
-    for stretch in stretches:
-        _draw_stretch(ax, stretch)
+    _draw_stretches(ax, stretches)
     for event in events:
         _draw_event(ax, event)
     ax.set_xlabel(r"shear $\Delta D$  (units of $L$)")
@@ -196,13 +197,17 @@ def _write(
     )  # fmt: skip
 
 
-def _draw_stretch(ax: Axes, stretch: Stretch) -> None:
-    if stretch.stable:
-        ax.plot(*stretch.xy.T, color=color_of(stretch.name), lw=STABLE_WIDTH, zorder=3, gid="stable")
-    else:
-        ax.plot(
-            *stretch.xy.T, color=UNSTABLE, lw=UNSTABLE_WIDTH, dashes=UNSTABLE_DASHES, zorder=2, gid="unstable"
-        )  # fmt: skip
+def _draw_stretches(ax: Axes, stretches: list[Stretch]) -> None:
+    """Stable stretches solid, unstable ones dashed; of dashed curves on top of each other only the first is drawn,
+    since two patterns of dashes together look like a solid line."""
+    drawn = np.empty((0, 2))
+    for stretch in stretches:
+        if stretch.stable:
+            ax.plot(*stretch.xy.T, color=color_of(stretch.name), lw=STABLE_WIDTH, zorder=3, gid="stable")
+            continue
+        for piece in uncovered(stretch.xy, to_points(ax, stretch.xy), drawn):
+            ax.plot(*piece.T, color=UNSTABLE, lw=UNSTABLE_WIDTH, dashes=UNSTABLE_DASHES, zorder=2, gid="unstable")
+        drawn = np.concatenate([drawn, dense(to_points(ax, stretch.xy), 0.5)])
 
 
 def _draw_event(ax: Axes, event: EventLike) -> None:

@@ -115,3 +115,31 @@ def dense(polyline: np.ndarray, spacing: float = 1.5) -> np.ndarray:
         return polyline[:1]
     even = np.linspace(0.0, total[-1], int(np.ceil(total[-1] / spacing)) + 1)
     return np.column_stack([np.interp(even, total, column) for column in polyline.T])
+
+
+def uncovered(xy: np.ndarray, points: np.ndarray, drawn: np.ndarray, run: float = 6.0) -> list[np.ndarray]:
+    """Pieces of a curve that do not lie on what is drawn already; mere crossings count as free.
+
+    Parameters
+    ----------
+    xy : (n, 2) the curve in any coordinates. points : (n, 2) the same in points.
+    drawn : (m, 2) dense samples of what is drawn, in points.
+    run : shortest length that is left out, in points.
+    """
+    from scipy.spatial import KDTree
+
+    if not len(drawn):
+        return [xy]
+    covered = KDTree(drawn).query(points, distance_upper_bound=0.35)[0] < 0.35
+    along = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(points, axis=0).T))])
+    edges = np.flatnonzero(np.diff(np.concatenate([[False], covered, [False]]).astype(int)))
+    pieces, first = [], 0
+    for start, stop in edges.reshape(-1, 2):
+        if along[stop - 1] - along[start] < run:
+            continue
+        if start > first:
+            pieces.append(xy[first : start + 1])
+        first = stop - 1
+    if first < len(xy) - 1:
+        pieces.append(xy[first:])
+    return pieces

@@ -1,0 +1,94 @@
+"""Profiles along the band of the states that coexist at one setting: curvature, twist, tension, energy."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from rodatlas.plot.style import FAINT, TWO_COLUMN, base_name, color_of, label_of, new_figure, styled
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+    from rodatlas.continuation import Solution
+
+SAMPLES = 601
+HEIGHT = 4.5
+NOTE_SIZE = 7.0
+
+
+def energy_density(solution: Solution, s: np.ndarray) -> np.ndarray:
+    r"""Twice the energy density, :math:`a\kappa_1^2 + \tau^2`, in GJ/L^2."""
+    return solution["a"] * solution(s, "k1") ** 2 + solution(s, "tau") ** 2
+
+
+PANELS: tuple[tuple[str, Callable[[Solution, np.ndarray], np.ndarray]], ...] = (
+    (r"curvature $\kappa_1$  ($1/L$)", lambda solution, s: solution(s, "k1")),
+    (r"twist $\tau$  ($1/L$)", lambda solution, s: solution(s, "tau")),
+    (r"tension $N_3$  ($GJ/L^2$)", lambda solution, s: solution(s, "N3")),
+    (r"energy density $a\kappa_1^2+\tau^2$  ($GJ/L^2$)", energy_density),
+)
+
+
+def draw_profiles(states: Mapping[str, Solution], shear: float | None = None) -> Figure:
+    """Draw curvature, twist, tension and energy density over the arclength, one colour for each state.
+
+    Parameters
+    ----------
+    states : name -> solution, all at one setting; a member of a +/- pair is named 'US+', and stands for both.
+    shear : that of the heading; by default that of the first solution.
+
+    Returns
+    -------
+    a figure as wide as a page.
+    """
+    if not states:
+        raise ValueError("states: expected at least one solution, got none")
+    s = np.linspace(0.0, 1.0, SAMPLES)
+    with styled():
+        fig = new_figure(TWO_COLUMN, HEIGHT)
+        panels = fig.subplots(2, 2, sharex=True)
+        fig.subplots_adjust(left=0.077, right=0.988, bottom=0.118, top=0.905, wspace=0.2, hspace=0.1)
+        for letter, ax, (title, field) in zip("abcd", panels.ravel(), PANELS, strict=True):
+            _draw_panel(ax, letter, title, {name: field(x, s) for name, x in states.items()}, s)
+        for ax in panels[1]:
+            ax.set_xlabel("arclength $s$  (units of $L$)")
+        fig.align_ylabels(panels[:, 0])
+        fig.align_ylabels(panels[:, 1])
+        _draw_heading(fig, states, shear)
+        fig.draw_without_rendering()
+    return fig
+
+
+def _draw_panel(ax: Axes, letter: str, title: str, curves: Mapping[str, np.ndarray], s: np.ndarray) -> None:
+    ax.axhline(0.0, color=FAINT, lw=0.5, zorder=0.5)
+    for name, values in curves.items():
+        ax.plot(s, values, color=color_of(name), lw=1.3, label=label_of(name), gid=name)
+    ax.set_xlim(0.0, 1.0)
+    low = min(float(v.min()) for v in curves.values())
+    high = max(float(v.max()) for v in curves.values())
+    span = max(high - low, 1e-9)
+    ax.set_ylim(low - 0.06 * span, high + 0.16 * span)
+    ax.set_ylabel(title)
+    ax.text(0.018, 0.965, f"({letter})", transform=ax.transAxes, va="top", ha="left")
+
+
+def _draw_heading(fig: Figure, states: Mapping[str, Solution], shear: float | None) -> None:
+    """The setting and the names of the states above the panels; what a pair's member stands for below them."""
+    first = next(iter(states.values()))
+    shear = first["dD"] if shear is None else shear
+    angle, compression = np.degrees(first["psi0"]), first["dL"]
+    setting = rf"$\psi_0={angle:.6g}^\circ$,  $\Delta L={compression:.6g}\,L$,  $\Delta D={shear:.6g}\,L$"
+    fig.text(0.077, 0.958, setting, va="center", ha="left", fontsize=9.0)
+    handles, labels = fig.axes[0].get_legend_handles_labels()
+    fig.legend(
+        handles, labels, loc="center right", bbox_to_anchor=(0.996, 0.958), ncols=len(labels), handlelength=1.6,
+        columnspacing=1.4, handletextpad=0.5, borderaxespad=0.0, fontsize=9.0,
+    )  # fmt: skip
+    members = [name for name in states if base_name(name).endswith("+-")]
+    if members:
+        pairs = "; ".join(f"{label_of(n[:-1] + ('-' if n[-1] == '+' else '+'))} mirrors {label_of(n)}" for n in members)
+        fig.text(0.988, 0.012, rf"{pairs} under $s \to 1-s$.", ha="right", va="bottom", fontsize=NOTE_SIZE)

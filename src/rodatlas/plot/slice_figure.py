@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
     from rodatlas.continuation import Solution
 
-DIAGRAM, STRIP = 3.2, 1.16  # heights in inches: of the diagram itself, and of a strip of drawings
+DIAGRAM, STRIP = 3.2, 1.1  # heights in inches: of the diagram itself, and of a strip of drawings
 LEFT, RIGHT, BOTTOM, TOP = 0.62, 0.06, 0.58, 0.26
 CAPTION = 13.0  # height of the line under or over a drawing, in points
 
@@ -94,19 +94,19 @@ def _draw_diagram(slice_: SliceLike, ax: Axes, strips: tuple[bool, bool]) -> Dra
     below, above = (STRIP * strip / total for strip in strips)
     drawn = draw_curves(slice_, ax, (below, above))
     middle = below + 0.5 * DIAGRAM / total
-    ax.yaxis.set_label_coords(-0.42 / (TWO_COLUMN - LEFT - RIGHT) * 1.0, middle)
+    ax.yaxis.set_label_coords(-0.42 / (TWO_COLUMN - LEFT - RIGHT), middle)
     return drawn
 
 
 def _choices(ax: Axes, state: StateLike) -> Shown:
-    """Computed solutions in the middle part of a stable range, by the length of its curve, at most a dozen."""
+    """Computed solutions in the middle part of a stable range, by the length of its curve, at most nine."""
     solutions = list(state.solutions)
     places = to_points(ax, np.array([(s["dD"], s["height"]) for s in solutions]))
     along = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(places, axis=0).T))])
     part = along / max(along[-1], 1e-12)
     inner = [i for i in range(1, len(solutions) - 1) if 0.2 <= part[i] <= 0.8]
     inner = inner or [len(solutions) // 2]
-    kept = [inner[i] for i in np.unique(np.linspace(0, len(inner) - 1, min(12, len(inner))).astype(int))]
+    kept = [inner[i] for i in np.unique(np.linspace(0, len(inner) - 1, min(9, len(inner))).astype(int))]
     return Shown(state.name, [solutions[i] for i in kept], places[kept])
 
 

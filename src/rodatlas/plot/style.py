@@ -26,7 +26,7 @@ STATE_COLORS = {
     "TW+-": "#4F7770",
 }
 UNNAMED = "#4A4A4A"
-INK, UNSTABLE, FAINT = "#1A1A1A", "#6E6E6E", "#C9C9C9"
+INK, UNSTABLE, FAINT = "#1A1A1A", "#6E6E6E", "#DADADA"
 STABLE_WIDTH, UNSTABLE_WIDTH = 1.7, 0.65
 UNSTABLE_DASHES = (4.5, 2.2)
 # Disks of special points. A branch point is the smaller one, so that both are seen where they nearly coincide.

@@ -72,9 +72,9 @@ class IndexResult:
     index : int
         Number of conjugate points in (0, 1), with multiplicity; -1 if it could not be counted (see `reason`).
     margin : float
-        Sine, in [0, 1], of the smallest angle between L(1) and {q = 0} in the units of the rod: the length
-        of its shortest wave, and the moment that goes with it. It is 0 at a fold or a branch point. Directions
-        that the ends do not control (see `uncontrolled`) are left out.
+        Sine, in [0, 1], of the smallest angle between L(1) and {q = 0}, in units of the rod's own mean wave length
+        and the moment that goes with it. It is 0 at a fold or a branch point. Directions that the ends do not
+        control (see `uncontrolled`) are left out.
     conjugate_points : ndarray, shape (index,)
         Where they are, in increasing order and as often as their multiplicity: middles of the steps that hold them.
     uncontrolled : int

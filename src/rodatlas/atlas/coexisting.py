@@ -1,0 +1,99 @@
+"""Stable states that coexist at one shear, each solved exactly there."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+
+import numpy as np
+
+from rodatlas.atlas.follow import FREE
+from rodatlas.atlas.settings import SliceSettings
+from rodatlas.atlas.slice import Slice, State
+from rodatlas.continuation import MeshControl, NotConverged, Solution, TraceOptions, solve
+from rodatlas.rods.perfectly_anisotropic import rod_problem
+from rodatlas.rods.symmetry import reverse
+from rodatlas.states.names import member
+
+ROUND = 0.005  # a chosen shear is a multiple of this where the range allows it
+
+
+@dataclass(frozen=True)
+class Coexisting:
+    """The stable states at one shear.
+
+    Attributes
+    ----------
+    shear : dD. states : name -> solution exactly there; of a +/- pair the member +, named 'US+' for instance.
+    """
+
+    shear: float
+    states: dict[str, Solution]
+
+    def __repr__(self) -> str:
+        return f"Coexisting(shear {self.shear:g}: {', '.join(self.states)})"
+
+
+def richest_shear(states: Iterable[State]) -> float:
+    """A shear at which the largest number of named stable states coexist, each +/- pair counted once.
+
+    The middle of the longest such interval of shear, rounded to a multiple of 0.005 when that stays well inside.
+    Intervals shorter than 0.005 count only when there is no longer one.
+    """
+    states = list(states)
+    if not states:
+        raise ValueError("states: expected at least one stable state, got none")
+    edges = np.unique([x for state in states for x in state.shear])
+    middles = 0.5 * (edges[1:] + edges[:-1])
+    counts = np.array([len({x.name for x in states if x.shear[0] < m < x.shear[1]}) for m in middles])
+    if not len(counts):
+        return float(edges[0])
+    lengths = np.diff(edges)
+    counts[lengths < ROUND] -= 1000 * int((lengths >= ROUND).any())
+    lengths = np.where(counts == counts.max(), lengths, 0.0)
+    best = int(np.argmax(lengths))
+    rounded = ROUND * round(middles[best] / ROUND)
+    inside = abs(rounded - middles[best]) <= 0.4 * lengths[best]
+    return float(round(rounded, 6)) if inside else float(middles[best])
+
+
+def coexisting(slice_: Slice, shear: float | None = None) -> Coexisting:
+    """The stable states of a slice at one shear, by default one at which the most coexist.
+
+    Raises
+    ------
+    ValueError
+        when the shear is outside the range of the slice.
+    """
+    low, high = slice_.settings.shear_min, slice_.settings.shear_max
+    if shear is None:
+        shear = richest_shear(slice_.states)
+    elif not low <= shear <= high:
+        raise ValueError(f"shear: expected a number from {low:g} to {high:g}, the range of the slice, got {shear}")
+    found: dict[str, Solution] = {}
+    for state in slice_.states:
+        if not state.shear[0] <= shear <= state.shear[1]:
+            continue
+        solution = state_at(state, shear, slice_.settings)
+        if solution is None:
+            continue
+        name = state.name
+        if state.pair:
+            name = name.removesuffix("+-") + "+"
+            solution = solution if member(solution) == "+" else reverse(solution)
+        found.setdefault(name, solution)
+    return Coexisting(shear, found)
+
+
+def state_at(state: State, shear: float, settings: SliceSettings) -> Solution | None:
+    """The solution of a state exactly at a shear inside its range, solved from the computed one nearest to it."""
+    near = sorted(state.solutions, key=lambda s: abs(s["dD"] - shear))
+    if near[0]["dD"] == shear:
+        return near[0]
+    options = TraceOptions(mesh=MeshControl(tolerance=settings.tolerance))
+    for guess in near[:2]:
+        try:
+            return solve(rod_problem(), guess.with_parameters(dD=shear), FREE, options)
+        except NotConverged:
+            continue
+    return None

@@ -1,0 +1,164 @@
+"""Slices of the atlas against the paper and the published values; the bookkeeping adds up."""
+
+import json
+
+import numpy as np
+import pytest
+
+from rodatlas.atlas import SliceSettings, compute_slice, reach
+from rodatlas.atlas.reach import split_name
+from rodatlas.continuation import Status
+from rodatlas.rods import index_of
+
+
+@pytest.fixture(scope="module")
+def slice_30():
+    return compute_slice(SliceSettings(30.0))
+
+
+def events(slice_, number):
+    """Events of a number; one pitchfork may be met by two branches."""
+    return [e for b in slice_.branches for e in b.events if e.number == number]
+
+
+def shear_of(slice_, number):
+    found = {round(e.special.solution["dD"], 6): e.special.solution["dD"] for e in events(slice_, number)}
+    assert len(found) == 1, f"bifurcation {number} found at {sorted(found)}"
+    return next(iter(found.values()))
+
+
+def test_u_branch_at_15_degrees(slice_15):
+    """Both pitchforks to 1e-6, and nothing else up to 0.82."""
+    u = next(b for b in slice_15.branches if b.id == "U")
+    assert [e.kind for e in u.events] == ["pitchfork", "pitchfork"]
+    shears = [e.special.solution["dD"] for e in u.events]
+    heights = [e.special.solution["height"] for e in u.events]
+    assert np.allclose(shears, (0.327675302, 0.616372198), atol=1e-8)
+    assert np.allclose(heights, (0.1828002, 0.1074736), atol=1e-7)
+    assert [e.criticality for e in u.events] == ["super", "sub"]
+    assert [e.special.index for e in u.events] == [(0, 1), (1, 0)]
+
+
+def test_bookkeeping_adds_up(slice_15, slice_30):
+    for found in (slice_15, slice_30):
+        assert found.warnings == ()
+        for b in found.branches:
+            assert not b.followed.branch.discrepancies
+            for e in b.events:
+                assert e.special.status is Status.CONVERGED
+                assert abs(e.special.index[1] - e.special.index[0]) == 1
+
+
+def test_named_states_at_15_degrees(slice_15):
+    ends = {s.name: [(e.kind, e.number, e.snap) for e in (s.low, s.high)] for s in slice_15.states}
+    edge = ("range", None, False)
+    assert ends == {
+        "U": [edge, ("pitchfork", 4, False)],
+        "US+-": [("pitchfork", 4, False), edge],
+        "uUu": [("pitchfork", 11, True), edge],
+        "w": [("fold", 7, True), ("fold", 6, True)],
+        "W": [edge, ("pitchfork", 3, False)],
+        "WS+-": [("pitchfork", 3, False), ("fold", 5, True)],
+        "uUui": [("pitchfork", 10, True), edge],
+    }
+    assert {s.name for s in slice_15.states if s.pair} == {"US+-", "WS+-"}
+
+
+def test_states_at_zero_angle():
+    found = compute_slice(SliceSettings(0.0), carry=False)
+    assert abs(shear_of(found, 4) - 0.359236) < 1e-6
+    assert abs(shear_of(found, 11) - 0.603240) < 1e-6
+    # the angle mirror maps U to W: the same bifurcations at the opposite height
+    assert abs(shear_of(found, 3) - shear_of(found, 4)) < 1e-8
+    assert abs(shear_of(found, 10) - shear_of(found, 11)) < 1e-8
+    s = next(x for x in found.states if x.name == "S+-")
+    assert abs(s.low.shear - 0.531) < 1e-3
+    assert max(abs(x["height"]) for x in s.solutions) < 1e-6
+
+
+def test_thirty_degrees(slice_30):
+    """Five states coexist at 0.625; U passes into w, which ends at fold 6."""
+    present = {s.name for s in slice_30.states if s.shear[0] <= 0.625 <= s.shear[1]}
+    assert present == {"uUui", "w", "uUu", "US+-"}
+    w, u = slice_30.state("w", 0.625), slice_30.state("U", 0.2)
+    assert (w.path, u.path, w.branch) == ("U-w", "U-w", u.branch)
+    assert (w.high.kind, w.high.number, w.high.snap) == ("fold", 6, True)
+    assert u.high.kind == w.low.kind == "smooth"
+    us = slice_30.state("US+-", 0.625)
+    assert (us.low.kind, us.low.number) == ("fold", 12)
+    assert slice_30.state("uUu", 0.7).low.number == 11
+    assert slice_30.state("uUui", 0.7).low.number == 10
+    solution, _ = reach(SliceSettings(30.0), "uUui", 0.625)
+    assert abs(solution["energy"] - 21.988286) < 1e-6
+    assert abs(solution["height"] + 0.00727986) < 1e-8
+    assert index_of(solution).index == 0
+
+
+def test_pitchfork_4_is_subcritical_at_27_5_degrees():
+    found = compute_slice(SliceSettings(27.5), carry=False)
+    u = next(b for b in found.branches if b.id == "U")
+    assert [e.criticality for e in u.events if e.number == 4] == ["sub"]
+    assert shear_of(found, 12) < shear_of(found, 4)
+    assert shear_of(found, 7) < shear_of(found, 6)
+
+
+def test_closed_branches_and_fold_17_at_60_degrees():
+    found = compute_slice(SliceSettings(60.0))
+    us = next(s for s in found.states if s.name == "US+-")
+    assert [e.number for e in (us.low, us.high)] == [12, 17]
+    assert next(b for b in found.branches if b.id == us.branch).followed.branch.closed
+    assert not any(s.name == "uUu" for s in found.states)  # gone above 56.3 degrees
+    assert {s.path for s in found.states if s.name in ("U", "w", "uUui")} == {"U-w-uUui"}
+
+
+@pytest.mark.parametrize("factor", [0.3, 3.0])
+def test_nothing_is_missed_when_steps_change(slice_15, factor, monkeypatch):
+    """The lists of bifurcations are the same when all steps are scaled."""
+    import rodatlas.atlas.follow as follow
+
+    def scaled(**settings):
+        from rodatlas.continuation import StepControl
+
+        base = StepControl(**settings)
+        return StepControl(
+            initial=base.initial * factor, maximum=base.maximum * factor, target=base.target * factor**3,
+            min_cosine=base.min_cosine if factor < 1 else 0.8,
+        )  # fmt: skip
+
+    monkeypatch.setattr(follow, "StepControl", scaled)
+    again = compute_slice(SliceSettings(15.0))
+    assert listed(again) == listed(slice_15)
+
+
+def listed(slice_):
+    return sorted(
+        (b.followed.symmetric, e.kind, str(e.number), round(e.special.solution["dD"], 6), tuple(sorted(e.special.index)))
+        for b in slice_.branches for e in b.events
+    )  # fmt: skip
+
+
+def test_json_has_the_documented_fields(slice_15):
+    data = json.loads(json.dumps(slice_15.to_json()))
+    assert data["schema"] == "rodatlas/slice/1"
+    assert {"angle_deg", "compression", "poisson", "seconds", "warnings", "states", "branches"} <= set(data)
+    state = data["states"][0]
+    assert {"name", "shear", "height", "ends", "pair"} <= set(state)
+    assert set(state["ends"][0]) == {"kind", "number", "shear", "height", "snap"}
+    for branch in data["branches"]:
+        assert {"id", "points", "symmetric", "closed", "end_reasons", "special"} <= set(branch)
+        for special in branch["special"]:
+            assert set(special) == {"kind", "number", "shear", "height", "index", "criticality", "status"}
+
+
+def test_other_members_and_names():
+    plus, _ = reach(SliceSettings(15.0), "US+", 0.5)
+    minus, _ = reach(SliceSettings(15.0), "US-", 0.5)
+    assert abs(plus["energy"] - minus["energy"]) < 1e-9
+    assert np.allclose(plus.values[0, 4], minus.values[-1, 4], atol=1e-7)
+    assert split_name("WS") == ("WS+-", "+")
+    assert split_name("uUui") == ("uUui", "")
+    for wrong in ("us", "U+", "S*", ""):
+        with pytest.raises(ValueError, match=r"state: expected one of U, US\+, US-"):
+            split_name(wrong)
+    with pytest.raises(ValueError, match=r"stable at angle 15 and shear 0.2 \(U, W\), got 'uUu', which is stable for"):
+        reach(SliceSettings(15.0), "uUu", 0.2)

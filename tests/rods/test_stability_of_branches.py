@@ -1,0 +1,32 @@
+"""Two independent stability tests agree on every point of varied branches."""
+
+import pytest
+
+from rodatlas.atlas import SliceSettings, compute_slice
+from rodatlas.rods import RodState, index_of
+from rodatlas.rods.second_variation import second_variation_index
+
+
+def sample(slice_, every):
+    """Points of all branches, a few from each, away from the limiting shear."""
+    for b in slice_.branches:
+        for point in b.followed.branch.points[1:-1:every]:
+            if point.solution["dD"] < 0.78:
+                yield b.id, point.solution
+
+
+@pytest.mark.parametrize(("angle", "every"), [(15.0, 4), (45.0, 6)])
+def test_conjugate_points_and_second_variation_agree(angle, every):
+    found = compute_slice(SliceSettings(angle, shear_max=0.8), carry=angle > 20)
+    checked, indices = 0, set()
+    for ident, solution in sample(found, every):
+        one = index_of(solution)
+        if one.margin < 1e-3:
+            continue  # next to a fold or pitchfork the discretised energy has its own critical shear
+        rod = RodState(solution)
+        two = second_variation_index(rod.s, rod.quaternion, rod.position, rod.strain, solution["a"])
+        assert one.index == two.index, f"branch {ident} at dD = {solution['dD']}"
+        checked += 1
+        indices.add(one.index)
+    assert checked >= 50
+    assert indices >= {0, 1, 2}
