@@ -131,10 +131,10 @@ def test_an_isolated_point_has_no_second_direction() -> None:
     assert kinds(trace(bvp, constant(bvp, [0.0], lam=-0.5), ("lam",), BOX)) == []
 
 
-def test_two_folds_and_a_branch_point_in_one_long_step_are_told_apart() -> None:
-    # folds of the cubic at x = +-0.05, crossed by x = lam - 0.01
-    bvp = algebraic(lambda u, p: [u.x**3 - 3 * 0.05**2 * u.x - p.lam])
-    branch = trace(bvp, constant(bvp, [-1.0], lam=-1 + 3 * 0.05**2), ("lam",), replace(BOX, step=StepControl(maximum=0.5)))
+def test_two_folds_close_together_are_told_apart() -> None:
+    bvp = algebraic(lambda u, p: [u.x**3 - 3 * 0.05**2 * u.x - p.lam])  # folds at x = +-0.05
+    options = replace(BOX, step=StepControl(maximum=0.5))
+    branch = trace(bvp, constant(bvp, [-1.0], lam=-1 + 3 * 0.05**2), ("lam",), options)
     assert kinds(branch) == ["fold", "fold"]
     np.testing.assert_allclose([x.solution["lam"] for x in branch.special], [2 * 0.05**3, -2 * 0.05**3], atol=1e-12)
 
@@ -163,9 +163,10 @@ def test_bounds_are_met_exactly_and_the_nearest_comes_first() -> None:
 
 def test_infinite_bounds_leave_one_side_open() -> None:
     bvp = algebraic(lambda u, p: [u.x - p.lam])
-    branch = trace(bvp, constant(bvp), ("lam",), TraceOptions(bounds={"lam": (-np.inf, 2.0)}, max_points=4))
+    options = TraceOptions(bounds={"lam": (-np.inf, 2.0)}, max_points=4)
+    branch = trace(bvp, constant(bvp), ("lam",), options)
     assert branch.ends == (EndReason.POINT_LIMIT, EndReason.POINT_LIMIT)
-    branch = trace(bvp, constant(bvp), ("lam",), TraceOptions(bounds={"lam": (-np.inf, 2.0)}, max_points=40), both=False)
+    branch = trace(bvp, constant(bvp), ("lam",), replace(options, max_points=40), both=False)
     assert branch.ends[1] is EndReason.RANGE
     assert branch.points[-1].solution["lam"] == 2.0
 
@@ -305,10 +306,13 @@ def test_nan_anywhere_is_noticed(where: str) -> None:
     def bad(value):
         return np.sqrt(value - 5)
 
+    def integral(s, u, p):
+        return bad(u.u) if where == "integral" else u.u - p.mu * (np.sqrt(p.nu) if where == "jacobian" else 1.0)
+
     bvp = BVP(
         lambda s, u, p: [u.v, bad(u.u) if where == "rhs" else -u.u],
         lambda left, right, p: [left.u - p.lam, bad(right.u) if where == "boundary" else right.u],
-        lambda s, u, p: bad(u.u) if where == "integral" else u.u - p.mu * (np.sqrt(p.nu) if where == "jacobian" else 1.0),
+        integral,
         unknowns=("u", "v"), parameters={"lam": 0.0, "mu": 0.0, "nu": 0.0},
     )  # fmt: skip
     with pytest.raises(NotConverged) as caught:

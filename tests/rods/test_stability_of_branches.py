@@ -1,9 +1,10 @@
 """Two independent stability tests agree on every point of varied branches."""
 
+import numpy as np
 import pytest
 
 from rodatlas.atlas import SliceSettings, compute_slice
-from rodatlas.rods import RodState, index_of
+from rodatlas.rods import index_of
 from rodatlas.rods.second_variation import second_variation_index
 
 
@@ -15,18 +16,21 @@ def sample(slice_, every):
                 yield b.id, point.solution
 
 
-@pytest.mark.parametrize(("angle", "every"), [(15.0, 4), (45.0, 6)])
+@pytest.mark.parametrize(("angle", "every"), [(15.0, 4), (45.0, 5)])
 def test_conjugate_points_and_second_variation_agree(angle, every):
     found = compute_slice(SliceSettings(angle, shear_max=0.8), carry=angle > 20)
-    checked, indices = 0, set()
+    s = np.linspace(0.0, 1.0, 201)
+    checked, skipped, indices = 0, 0, set()
     for ident, solution in sample(found, every):
+        u = solution(s)
         one = index_of(solution)
-        if one.margin < 1e-3:
-            continue  # next to a fold or pitchfork the discretised energy has its own critical shear
-        rod = RodState(solution)
-        two = second_variation_index(rod.s, rod.quaternion, rod.position, rod.strain, solution["a"])
+        two = second_variation_index(s, u[:, 6:10], u[:, 10:13], u[:, [4, 4, 5]] * [1.0, 0.0, 1.0], solution["a"])
+        if not (one.trusted and two.trusted) or one.margin < 0.02:
+            skipped += 1  # next to a fold or pitchfork the discretised energy has its own critical shear
+            continue
         assert one.index == two.index, f"branch {ident} at dD = {solution['dD']}"
         checked += 1
         indices.add(one.index)
     assert checked >= 50
+    assert skipped <= checked / 5
     assert indices >= {0, 1, 2}

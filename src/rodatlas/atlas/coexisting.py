@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import dataclass
 
 import numpy as np
 
@@ -16,22 +15,6 @@ from rodatlas.rods.symmetry import reverse
 from rodatlas.states.names import member
 
 ROUND = 0.005  # a chosen shear is a multiple of this where the range allows it
-
-
-@dataclass(frozen=True)
-class Coexisting:
-    """The stable states at one shear.
-
-    Attributes
-    ----------
-    shear : dD. states : name -> solution exactly there; of a +/- pair the member +, named 'US+' for instance.
-    """
-
-    shear: float
-    states: dict[str, Solution]
-
-    def __repr__(self) -> str:
-        return f"Coexisting(shear {self.shear:g}: {', '.join(self.states)})"
 
 
 def richest_shear(states: Iterable[State]) -> float:
@@ -57,8 +40,12 @@ def richest_shear(states: Iterable[State]) -> float:
     return float(round(rounded, 6)) if inside else float(middles[best])
 
 
-def coexisting(slice_: Slice, shear: float | None = None) -> Coexisting:
+def coexisting_states(slice_: Slice, shear: float | None = None) -> dict[str, Solution]:
     """The stable states of a slice at one shear, by default one at which the most coexist.
+
+    Returns
+    -------
+    name -> solution exactly at that shear; of a +/- pair the member +, named 'US+' for instance.
 
     Raises
     ------
@@ -82,7 +69,7 @@ def coexisting(slice_: Slice, shear: float | None = None) -> Coexisting:
             name = name.removesuffix("+-") + "+"
             solution = solution if member(solution) == "+" else reverse(solution)
         found.setdefault(name, solution)
-    return Coexisting(shear, found)
+    return found
 
 
 def state_at(state: State, shear: float, settings: SliceSettings) -> Solution | None:

@@ -49,7 +49,7 @@ class SliceSettings:
             f"a number from 0.001 to below {limit:.6f}, the limiting shear for compression {self.compression:g}",
         )  # fmt: skip
         check_number("shear-min", self.shear_min, -below, 0.0, f"a number between -{limit:.6f} and 0")
-        check_number("tol", self.tolerance, 1e-12, 1e-3, "a number between 1e-12 and 1e-3")
+        check_number("tol", self.tolerance, 1e-10, 1e-3, "a number between 1e-10 and 0.001")
 
     @property
     def angle(self) -> float:

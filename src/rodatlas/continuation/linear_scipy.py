@@ -147,7 +147,8 @@ def _mesh_matrix(a: BorderedMatrix, sens: np.ndarray) -> csc_matrix:
     rows = np.einsum("rjia,jiab->rjb", a.dense, sens) if r else np.zeros((0, n_int, n + k))
     values = np.concatenate([
         -transfer[:, :, :n].ravel(), np.ones(n_int * n), -transfer[:, :, n:].ravel(), a.b_left.ravel(),
-        a.b_right.ravel(), a.b_scal.ravel(), rows[:, :, :n].ravel(), (a.dense_scal + rows[:, :, n:].sum(axis=1)).ravel(),
+        a.b_right.ravel(), a.b_scal.ravel(), rows[:, :, :n].ravel(),
+        (a.dense_scal + rows[:, :, n:].sum(axis=1)).ravel(),
     ])  # fmt: skip
     order, indices, pointer = _mesh_pattern(n_int, n, k, len(a.b_left), r)
     size = (n_int + 1) * n + k

@@ -184,7 +184,8 @@ class BVP:
         ends = ca.vertcat(left, right)
         jac = ca.jacobian(f, u)
         self.sparsity = strong_components(self.size, *_pattern(jac))
-        nonzeros = ca.vertcat(*[ca.SX(v) for v in jac.nonzeros()]) if jac.nnz() else ca.SX(0, 1)
+        entries: Any = jac.nonzeros()
+        nonzeros = ca.vertcat(*entries) if jac.nnz() else ca.SX(0, 1)
         self.traced = Traced(
             field=_function(ca, "field", [s, u, p], [f, nonzeros, ca.densify(ca.jacobian(f, p))]),
             field_second=_second(ca, "field_second", [s, u, p], f, u, p),

@@ -158,7 +158,9 @@ class Walker:
                     crossed.append(((bound - before) / (value - before) if inside else 0.0, name, bound))
         return sorted(crossed)
 
-    def _land(self, frame: Frame, length: float, fraction: float, name: str, bound: float) -> tuple[Frame, float] | None:
+    def _land(
+        self, frame: Frame, length: float, fraction: float, name: str, bound: float
+    ) -> tuple[Frame, float] | None:
         """Solve for the point exactly at a bound: its frame and distance."""
         here, colloc = self.frame, frame.colloc
         segment = Segment(here, frame, length, 0.0)

@@ -3,10 +3,9 @@
 matplotlib is imported when the first figure is drawn, not with this package.
 """
 
-from rodatlas.plot.diagram import draw_slice
+from rodatlas.plot.diagram import draw_slice, draw_slice_figure
 from rodatlas.plot.profiles import draw_profiles
 from rodatlas.plot.render import View, render_band
-from rodatlas.plot.slice_figure import draw_slice_figure
 from rodatlas.plot.style import color_of, label_of, save_figure
 from rodatlas.plot.surface import BandSurface, band_surface
 

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from rodatlas.plot.diagram import Drawn
+from rodatlas.plot.panel import Drawn
 from rodatlas.plot.placement import dense, to_points
 
 if TYPE_CHECKING:
@@ -63,7 +63,9 @@ class Layout:
         self._weight = np.concatenate(
             [np.full(len(c) - 1, 4.0 if s.stable else 1.0) for c, s in zip(curves, drawn.stretches, strict=True)]
         )
-        self._names = np.concatenate([np.full(len(c) - 1, s.name or "") for c, s in zip(curves, drawn.stretches, strict=True)])
+        self._names = np.concatenate(
+            [np.full(len(c) - 1, s.name or "", dtype=object) for c, s in zip(curves, drawn.stretches, strict=True)]
+        )
         self._boxes = np.array([[0.5 * (b[0] + b[2]), 0.5 * (b[1] + b[3])] for b in drawn.obstacles.boxes
                                 if b[3] - b[1] < 60.0]).reshape(-1, 2)  # fmt: skip
         self._curves = KDTree(np.concatenate(curves))
@@ -151,10 +153,10 @@ def arrange(layout: Layout, shown: list[Shown]) -> tuple[list[Slot], list[int]]:
     The states are divided between the strips in every way, in the order of their places; the most promising divisions
     are improved by choosing other solutions and by changing the order.
     """
-    own = [[layout.ambiguity(one.name, place) for place in one.places] for one in shown]
-    for one, price in zip(shown, own, strict=True):
-        off = np.linspace(-0.5, 0.5, len(price)) if len(price) > 1 else np.zeros(1)
-        price[:] = list(np.array(price) + np.abs(off))
+    own = []
+    for one in shown:
+        off_middle = np.abs(np.linspace(-0.5, 0.5, len(one.places))) if len(one.places) > 1 else np.zeros(1)
+        own.append([layout.ambiguity(one.name, p) + float(d) for p, d in zip(one.places, off_middle, strict=True)])
     middle = [int(np.argmin(price)) for price in own]
     trials = []
     for sides in itertools.product((1, -1) if layout.strips[0] else (1,), repeat=len(shown)):

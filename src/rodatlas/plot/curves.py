@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -18,6 +19,7 @@ from rodatlas.plot.protocols import EventLike, SliceBranchLike, SliceLike, State
 if TYPE_CHECKING:
     from rodatlas.continuation import Solution
 
+_Place = tuple[float, float]
 SAMPLES = 12  # drawn points for each interval between knots
 MERGE = 1e-9  # knots closer than this in arclength are one
 SAME_POINT = 1e-6  # special points closer than this in the diagram are one
@@ -52,11 +54,7 @@ class _Knot:
     special: bool
 
     @property
-    def xy(self) -> tuple[float, float]:
-        return self.solution["dD"], self.solution["height"]
-
-    @property
-    def key(self) -> tuple[float, float]:
+    def place(self) -> _Place:
         return self.solution["dD"], self.solution["height"]
 
 
@@ -73,8 +71,8 @@ def branch_stretches(b: SliceBranchLike, states: Sequence[StateLike]) -> list[St
     xy = _interpolate(b, knots)
     names = _names_of_steps(b.id, states)
     pieces: list[tuple[np.ndarray, bool, str | None]] = []
-    for k, (one, two) in enumerate(zip(knots[:-1], knots[1:], strict=True)):
-        name = names.get((one.key, two.key))
+    for k, (one, two) in enumerate(pairwise(knots)):
+        name = names.get((one.place, two.place))
         step = xy[k * SAMPLES : (k + 1) * SAMPLES + 1]
         first, last = _index_after(one, two), _index_before(one, two)
         if name is None and (first == 0) != (last == 0):  # the index changes with no event: cut half-way
@@ -99,7 +97,7 @@ def unique_events(slice_: SliceLike) -> list[EventLike]:
     return kept
 
 
-def _place(event: EventLike) -> tuple[float, float]:
+def _place(event: EventLike) -> _Place:
     return event.special.solution["dD"], event.special.solution["height"]
 
 
@@ -137,7 +135,7 @@ def _interpolate(b: SliceBranchLike, knots: list[_Knot]) -> np.ndarray:
     from scipy.interpolate import CubicSpline
 
     sigma = np.array([k.arclength for k in knots])
-    xy = np.array([k.xy for k in knots])
+    xy = np.array([k.place for k in knots])
     before, after = _continuations(b, knots)
     extended = np.concatenate([before[0], sigma, after[0]])
     order = np.argsort(extended)
@@ -163,7 +161,7 @@ def _continuations(
     from rodatlas.rods.symmetry import is_symmetric
 
     sigma = np.array([k.arclength for k in knots])
-    xy = np.array([k.xy for k in knots])
+    xy = np.array([k.place for k in knots])
     none = np.empty(0), np.empty((0, 2))
     if len(knots) < 3:
         return none, none
@@ -176,14 +174,14 @@ def _continuations(
     return start, end
 
 
-def _names_of_steps(ident: str, states: Sequence[StateLike]) -> dict[tuple[tuple[float, float], ...], str]:
+def _names_of_steps(ident: str, states: Sequence[StateLike]) -> dict[tuple[_Place, _Place], str]:
     """Name of the state on the step from one place of the branch to the next, in both directions."""
-    names = {}
+    names: dict[tuple[_Place, _Place], str] = {}
     for state in states:
         if state.branch != ident:
             continue
         keys = [(s["dD"], s["height"]) for s in state.solutions]
-        for one, two in zip(keys[:-1], keys[1:], strict=True):
+        for one, two in pairwise(keys):
             names[one, two] = names[two, one] = state.name
     return names
 

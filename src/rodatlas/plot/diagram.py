@@ -1,47 +1,29 @@
-"""The bifurcation diagram of a slice: height against shear."""
+"""The bifurcation diagram of a slice, height against shear: alone, or with drawings of the band around it."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from collections.abc import Sequence
+from fractions import Fraction
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from rodatlas.plot.curves import Stretch, slice_stretches, unique_events
-from rodatlas.plot.placement import Obstacles, around, axes_box, best_place, dense, text_size, to_points, uncovered
-from rodatlas.plot.protocols import EventLike, SettingsLike, SliceLike
-from rodatlas.plot.style import (
-    FAINT,
-    INK,
-    MARKERS,
-    MARKER_SIZE,
-    ONE_COLUMN,
-    STABLE_WIDTH,
-    TWO_COLUMN,
-    UNSTABLE,
-    UNSTABLE_DASHES,
-    UNSTABLE_WIDTH,
-    color_of,
-    label_of,
-    new_figure,
-    styled,
-)
+from rodatlas.plot.arrangement import MOST, TRIAD, Layout, Shown, Slot, arrange
+from rodatlas.plot.panel import NAME_SIZE, NOTE_SIZE, Drawn, draw_curves, draw_heading, label_events, label_states
+from rodatlas.plot.placement import to_points
+from rodatlas.plot.protocols import SliceLike, StateLike
+from rodatlas.plot.render import DISPLAY_WIDTH, draw_triad, render_band
+from rodatlas.plot.style import ONE_COLUMN, TWO_COLUMN, color_of, label_of, new_figure, styled
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
 
-NUMBER_SIZE, NAME_SIZE, NOTE_SIZE = 7.5, 9.0, 7.0
-NEAR_LIMIT = 0.08  # the limiting shear is shown when the range ends this near to it
-GUTTER = 0.012
+    from rodatlas.continuation import Solution
 
-
-@dataclass(frozen=True)
-class Drawn:
-    """What a diagram consists of, for those who add to it."""
-
-    stretches: list[Stretch]
-    events: list[EventLike]
-    obstacles: Obstacles
+DIAGRAM, STRIP = 3.2, 1.1  # heights in inches: of the diagram itself, and of a strip of drawings
+LEFT, RIGHT, BOTTOM, TOP = 0.62, 0.06, 0.58, 0.26
+CAPTION = 13.0  # height of the line under or over a drawing, in points
 
 
 def draw_slice(slice_: SliceLike, ax: Axes | None = None) -> Axes:
@@ -74,172 +56,150 @@ def draw_slice(slice_: SliceLike, ax: Axes | None = None) -> Axes:
     return ax
 
 
-def draw_curves(slice_: SliceLike, ax: Axes, free: tuple[float, float] = (0.0, 0.0)) -> Drawn:
-    """Curves, markers, guides and axis labels.
+def draw_slice_figure(slice_: SliceLike, width: float = DISPLAY_WIDTH) -> Figure:
+    """Draw the bifurcation diagram with a drawing of the band in every named state.
+
+    Each named state is drawn once, at a computed solution of its stable range (of a pair: the member +), and a thin
+    line leads to the point of the curve that it shows. Which point, and the order of the drawings, are chosen so that
+    the lines are short, do not cross each other, and cross few curves.
 
     Parameters
     ----------
-    free : parts of the axes' height that are left free of the diagram, below and above it.
+    width : width of the drawn bands in units of the length; the narrow band of 1/80 would be hardly a line.
+
+    Returns
+    -------
+    a figure as wide as a page.
     """
-    settings, stretches, events = slice_.settings, slice_stretches(slice_), unique_events(slice_)
-    low, high, limit = shear_view(settings)
-    bottom, top = height_range(stretches)
-    full = (top - bottom) / (1.0 - sum(free))
-    ax.set_xlim(low, high)
-    ax.set_ylim(bottom - free[0] * full, top + free[1] * full)
-    ax.set_yticks([t for t in ax.get_yticks() if bottom <= t <= top])
-    ax.plot([low, high], [0.0, 0.0], color=FAINT, lw=0.5, zorder=0.5)
-    ax.plot([0.0, 0.0], [bottom, top], color=FAINT, lw=0.5, zorder=0.5)
-    _draw_stretches(ax, stretches)
-    for event in events:
-        _draw_event(ax, event)
-    ax.set_xlabel(r"shear $\Delta D$  (units of $L$)")
-    ax.set_ylabel(r"height $h=\int y\,\mathrm{d}s$  (units of $L$)")
-    points = [dense(to_points(ax, s.xy)) for s in stretches]
-    weights = [np.full(len(p), 1.5 if s.stable else 1.0) for p, s in zip(points, stretches, strict=True)]
-    left, _, right, _ = axes_box(ax)
-    (_, lowest), (_, highest) = to_points(ax, np.array([[0.0, bottom], [0.0, top]]))
-    border = (left, lowest + 2.0, right, highest - 2.0)
-    obstacles = Obstacles(np.concatenate(points), border, weights=np.concatenate(weights))
-    for place in _places(ax, events):
-        obstacles.take(place, (MARKER_SIZE, MARKER_SIZE), 0.8)
-    if limit is not None:
-        _draw_limit(ax, limit, (bottom, top), obstacles)
-    return Drawn(stretches, events, obstacles)
+    states = _one_of_each(slice_.states)
+    strips = _strips_needed(states)
+    inches = DIAGRAM + STRIP * sum(strips) + BOTTOM + TOP
+    with styled():
+        fig = new_figure(TWO_COLUMN, inches)
+        box = (LEFT / TWO_COLUMN, BOTTOM / inches, 1 - (LEFT + RIGHT) / TWO_COLUMN, 1 - (BOTTOM + TOP) / inches)
+        ax = fig.add_axes(box)
+        drawn = _draw_diagram(slice_, ax, strips)
+        draw_heading(slice_.settings, ax)
+        label_events(drawn, ax)
+        shown = [_choices(ax, state) for state in states]
+        layout = Layout(ax, drawn, strips, STRIP * 72.0)
+        slots, chosen = arrange(layout, shown)
+        _draw_bands(fig, ax, layout, shown, slots, chosen, width)
+        _draw_notes(fig, layout, states, width)
+        fig.draw_without_rendering()
+    return fig
 
 
-def shear_view(settings: SettingsLike) -> tuple[float, float, float | None]:
-    """Range of the shear axis, and the limiting shear if it lies within."""
-    from rodatlas.rods.band import limiting_shear
+def plus_member(solution: Solution) -> Solution:
+    """The member of a +/- pair with more bending energy in the half s > 1/2: the solution or its reversal."""
+    from rodatlas.rods.symmetry import reverse
 
-    limit = limiting_shear(settings.compression)
-    low = settings.shear_min - GUTTER
-    if limit - settings.shear_max <= NEAR_LIMIT * limit:
-        return low, limit + 1.5 * GUTTER, limit
-    return low, settings.shear_max + GUTTER, None
+    k1 = solution.stages[..., solution.unknowns.index("k1")]
+    return solution if solution.mean((solution.gauss_points() - 0.5) * k1**2) >= 0 else reverse(solution)
 
 
-def draw_heading(settings: SettingsLike, ax: Axes) -> None:
-    """The setting on the left and the legend on the right, above the axes."""
-    from matplotlib.lines import Line2D
+def _one_of_each(states: Sequence[StateLike]) -> list[StateLike]:
+    """For each name the state with the longest range of shear."""
+    longest: dict[str, StateLike] = {}
+    for state in states:
+        known = longest.get(state.name)
+        if known is None or _shear_span(state) > _shear_span(known):
+            longest[state.name] = state
+    return list(longest.values())
 
-    setting = (
-        rf"$\psi_0={settings.angle_deg:g}^\circ$,  $\Delta L={settings.compression:g}\,L$,  $\nu={settings.poisson:g}$"
-    )
-    ax.set_title(setting, loc="left", pad=5.0)
-    handles = [
-        Line2D([], [], color=INK, lw=STABLE_WIDTH, label="stable"),
-        Line2D([], [], color=UNSTABLE, lw=UNSTABLE_WIDTH, dashes=UNSTABLE_DASHES, label="unstable"),
-        Line2D([], [], label="fold", **MARKERS["fold"]),
-        Line2D([], [], label="branch point", **MARKERS["branch point"]),
-    ]
-    ax.legend(
-        handles=handles, loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=4, borderaxespad=0.1, handlelength=1.7,
-        columnspacing=1.0, handletextpad=0.35, borderpad=0.3,
+
+def _shear_span(state: StateLike) -> float:
+    return abs(state.solutions[-1]["dD"] - state.solutions[0]["dD"])
+
+
+def _strips_needed(states: Sequence[StateLike]) -> tuple[bool, bool]:
+    """Whether there are strips of drawings below and above: below for states under the line of zero height."""
+    below = any(s.solutions[len(s.solutions) // 2]["height"] < 0 for s in states) or len(states) > MOST
+    return below, bool(states)
+
+
+def _draw_diagram(slice_: SliceLike, ax: Axes, strips: tuple[bool, bool]) -> Drawn:
+    """The diagram, with room for the strips."""
+    total = DIAGRAM + STRIP * sum(strips)
+    below, above = (STRIP * strip / total for strip in strips)
+    drawn = draw_curves(slice_, ax, (below, above))
+    middle = below + 0.5 * DIAGRAM / total
+    ax.yaxis.set_label_coords(-0.42 / (TWO_COLUMN - LEFT - RIGHT), middle)
+    return drawn
+
+
+def _choices(ax: Axes, state: StateLike) -> Shown:
+    """Computed solutions in the middle part of a stable range, by the length of its curve, at most nine."""
+    solutions = list(state.solutions)
+    places = to_points(ax, np.array([(s["dD"], s["height"]) for s in solutions]))
+    along = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(places, axis=0).T))])
+    part = along / max(along[-1], 1e-12)
+    inner = [i for i in range(1, len(solutions) - 1) if 0.2 <= part[i] <= 0.8]
+    inner = inner or [len(solutions) // 2]
+    kept = [inner[i] for i in np.unique(np.linspace(0, len(inner) - 1, min(9, len(inner))).astype(int))]
+    return Shown(state.name, [solutions[i] for i in kept], places[kept])
+
+
+def _draw_bands(
+    fig: Figure, ax: Axes, layout: Layout, shown: list[Shown], slots: list[Slot], chosen: list[int], width: float
+) -> None:
+    """All drawings, at one scale, with their captions and lines."""
+    drawings = []
+    for one, slot, k in zip(shown, slots, chosen, strict=True):
+        inset = fig.add_axes((0.0, 0.0, 0.1, 0.1), zorder=6)
+        inset.patch.set_visible(False)
+        render_band(inset, plus_member(one.solutions[k]), width, color=color_of(one.name))
+        drawings.append((inset, np.ptp(inset.get_xlim()), np.ptp(inset.get_ylim())))
+        _caption(fig, ax, layout, one, slot, k)
+    columns = {strip: sum(slot.strip == strip for slot in slots) for strip in (1, -1)}
+    room = [(layout.cell_width(slot.strip, columns[slot.strip]) - 6.0, layout.height - CAPTION - 8.0) for slot in slots]
+    scale = min(
+        min(across / w, up / h) for (across, up), (_, w, h) in zip(room, drawings, strict=True)
+    ) if drawings else 1.0  # fmt: skip
+    page = np.array([fig.get_figwidth(), fig.get_figheight()]) * 72.0
+    for (inset, w, h), slot in zip(drawings, slots, strict=True):
+        left, bottom, across, up = layout.cell(slot, columns[slot.strip])
+        size = np.array([w, h]) * scale
+        free = 0.5 * (up - CAPTION - size[1])
+        low = bottom + CAPTION + min(free, 6.0) if slot.strip > 0 else bottom + up - CAPTION - size[1] - min(free, 6.0)
+        corner = np.array([left + 0.5 * (across - size[0]), low])
+        inset.set_position((*(corner / page), *(size / page)))
+
+
+def _caption(fig: Figure, ax: Axes, layout: Layout, one: Shown, slot: Slot, k: int) -> None:
+    """Name and shear of a drawing, between it and the diagram, and the line to its point."""
+    color, solution = color_of(one.name), one.solutions[k]
+    name = label_of(one.name[:-1] if one.name.endswith("+-") else one.name)
+    start, place = layout.start(slot), one.places[k]
+    page = np.array([fig.get_figwidth(), fig.get_figheight()]) * 72.0
+    y = start[1] + (0.5 * CAPTION if slot.strip > 0 else -0.5 * CAPTION)
+    gap = 2.5
+    common: dict[str, Any] = {"va": "center_baseline", "color": color, "zorder": 7}
+    fig.text((start[0] - 12.0) / page[0], y / page[1], name, ha="right", fontsize=NAME_SIZE, **common)
+    fig.text(
+        (start[0] - 12.0 + gap) / page[0], y / page[1], rf"  $\Delta D={solution['dD']:.3f}$", ha="left",
+        fontsize=NOTE_SIZE + 0.5, **common,
+    )  # fmt: skip
+    data = ax.transData.inverted().transform(np.array([start, place]) * fig.dpi / 72.0)
+    ax.plot(*data.T, color=color, lw=0.5, alpha=0.75, zorder=1.5, gid="leader")
+    ax.plot(
+        [solution["dD"]], [solution["height"]], ls="none", marker="s", ms=3.6, mfc=color, mec="white", mew=0.5,
+        zorder=3.5, gid="shown",
     )  # fmt: skip
 
 
-def label_events(drawn: Drawn, ax: Axes) -> None:
-    """Numbers next to the numbered special points, the crowded ones first; a thin line leads to a distant one."""
-    numbered = [e for e in drawn.events if e.number is not None]
-    places = _places(ax, numbered)
-    crowd = [int((np.hypot(*(places - p).T) < 15.0).sum()) for p in places]
-    for i in sorted(range(len(numbered)), key=lambda i: (-crowd[i], numbered[i].number or 0)):
-        text = str(numbered[i].number)
-        size = text_size(text, NUMBER_SIZE)
-        place, _ = best_place(drawn.obstacles, size, around(places[i], size, (3.2, 4.5, 6.0, 8.0, 11.0, 15.0, 20.0)))
-        _write(ax, places[i], place, text, NUMBER_SIZE, INK, size)
-        drawn.obstacles.take(place, size)
-
-
-def label_states(drawn: Drawn, ax: Axes) -> None:
-    """One name for each stretch of a stable state, beside the curve, the short stretches first."""
-    named = [(s, to_points(ax, s.xy)) for s in drawn.stretches if s.name]
-    named = [(s, p) for s, p in named if np.hypot(*np.diff(p, axis=0).T).sum() > 1.0]
-    for stretch, points in sorted(named, key=lambda pair: len(dense(pair[1]))):
-        text = label_of(stretch.name or "")
-        size = text_size(text, NAME_SIZE)
-        places, anchors = _beside(points, size)
-        place, at = best_place(drawn.obstacles, size, places)
-        _write(ax, anchors[at], place, text, NAME_SIZE, color_of(stretch.name), size, lead=14.0)
-        drawn.obstacles.take(place, size)
-
-
-def _beside(points: np.ndarray, size: tuple[float, float]) -> tuple[list[tuple[np.ndarray, float]], list[np.ndarray]]:
-    """Places on both sides of a curve, and the point of the curve next to each; the middle is preferred."""
-    even = dense(points, 6.0)
-    ways = np.gradient(even, axis=0) if len(even) > 1 else np.array([[1.0, 0.0]])
-    ways /= np.maximum(np.hypot(*ways.T), 1e-12)[:, None]
-    places, anchors = [], []
-    for i, (anchor, way) in enumerate(zip(even, ways, strict=True)):
-        off_middle = abs(i / max(len(even) - 1, 1) - 0.45)
-        for side in (1.0, -1.0):
-            normal = side * np.array([-way[1], way[0]])
-            reach = 0.5 * (abs(normal[0]) * size[0] + abs(normal[1]) * size[1])
-            for gap in (3.2, 5.0, 8.0, 13.0, 20.0, 28.0):
-                places.append((anchor + normal * (reach + gap), 0.5 * gap + 4.0 * off_middle))
-                anchors.append(anchor)
-    return places, anchors
-
-
-def _write(
-    ax: Axes, anchor: np.ndarray, center: np.ndarray, text: str, size: float, color: str,
-    extent: tuple[float, float], lead: float = 6.0,
-) -> None:  # fmt: skip
-    """Text centred at a place given in points, with a thin line to its anchor when that is far."""
-    data = ax.transData.inverted().transform(anchor * ax.figure.dpi / 72.0)
-    offset = center - anchor
-    distance = np.hypot(*np.maximum(np.abs(offset) - 0.5 * np.asarray(extent), 0.0))
-    arrow = {"arrowstyle": "-", "lw": 0.4, "color": color, "shrinkA": 0.5, "shrinkB": 2.0} if distance > lead else None
-    ax.annotate(
-        text, xy=(data[0], data[1]), xytext=(offset[0], offset[1]), textcoords="offset points", ha="center",
-        va="center_baseline" if text.isdigit() else "center", fontsize=size, color=color, arrowprops=arrow, zorder=5,
-    )  # fmt: skip
-
-
-def _draw_stretches(ax: Axes, stretches: list[Stretch]) -> None:
-    """Stable stretches solid, unstable ones dashed; of dashed curves on top of each other only the first is drawn,
-    since two patterns of dashes together look like a solid line."""
-    drawn = np.empty((0, 2))
-    for stretch in stretches:
-        if stretch.stable:
-            ax.plot(*stretch.xy.T, color=color_of(stretch.name), lw=STABLE_WIDTH, zorder=3, gid="stable")
-            continue
-        for piece in uncovered(stretch.xy, to_points(ax, stretch.xy), drawn):
-            ax.plot(*piece.T, color=UNSTABLE, lw=UNSTABLE_WIDTH, dashes=UNSTABLE_DASHES, zorder=2, gid="unstable")
-        drawn = np.concatenate([drawn, dense(to_points(ax, stretch.xy), 0.5)])
-
-
-def _draw_event(ax: Axes, event: EventLike) -> None:
-    kind = "fold" if event.kind == "fold" else "branch point"
-    place = event.special.solution
-    zorder = 4.0 if kind == "fold" else 4.1
-    ax.plot([place["dD"]], [place["height"]], zorder=zorder, gid=kind, **MARKERS[kind])
-
-
-def _draw_limit(ax: Axes, limit: float, heights: tuple[float, float], obstacles: Obstacles) -> None:
-    """The limiting shear as a thin line, its name along it."""
-    ax.plot([limit, limit], heights, color=INK, lw=0.5, zorder=1, gid="limiting shear")
-    text = "limiting shear"
-    ax.annotate(
-        text, xy=(limit, heights[1]), xytext=(-2.0, -5.0), textcoords="offset points", rotation=90, ha="right",
-        va="top", fontsize=NOTE_SIZE, color=INK,
-    )  # fmt: skip
-    length, thick = text_size(text, NOTE_SIZE)
-    (x, low), (_, high) = to_points(ax, np.array([[limit, heights[0]], [limit, heights[1]]]))
-    obstacles.take(np.array([x - 2.0 - 0.7 * thick, high - 5.0 - 0.5 * length]), (1.5 * thick, length))
-    obstacles.take(np.array([x, 0.5 * (low + high)]), (1.0, high - low))
-
-
-def _places(ax: Axes, events: list[EventLike]) -> np.ndarray:
-    """(n, 2) places of events in points."""
-    xy = np.array([(e.special.solution["dD"], e.special.solution["height"]) for e in events]).reshape(-1, 2)
-    return to_points(ax, xy) if len(xy) else xy
-
-
-def height_range(stretches: list[Stretch]) -> tuple[float, float]:
-    """Range of the height axis: all curves and the line of zero height, with some air."""
-    heights = np.concatenate([s.xy[:, 1] for s in stretches] + [np.zeros(1)])
-    low, high = float(heights.min()), float(heights.max())
-    air = 0.09 * (high - low)
-    return low - air, high + air
+def _draw_notes(fig: Figure, layout: Layout, states: Sequence[StateLike], width: float) -> None:
+    """The directions of space in the corner that is free for them, and what the drawings are."""
+    page = np.array([fig.get_figwidth(), fig.get_figheight()]) * 72.0
+    low = layout.low if layout.triad_strip < 0 else layout.high - layout.height
+    corner, size = np.array([layout.right - TRIAD + 2.0, low + 6.0]), np.array([34.0, 34.0])
+    inset = fig.add_axes((*(corner / page), *(size / page)))
+    inset.patch.set_visible(False)
+    draw_triad(inset)
+    fraction = Fraction(width).limit_denominator(200)
+    share = f"L/{fraction.denominator}" if fraction.numerator == 1 else f"{width:g}\\,L"
+    note = f"Bands are drawn ${share}$ wide."
+    if any(s.name.endswith("+-") for s in states):
+        note = "Of a pair ±, the member + is drawn; − is its reversal. " + note
+    right = 1.0 - RIGHT / TWO_COLUMN
+    fig.text(right, 5.0 / page[1], note, ha="right", va="bottom", fontsize=NOTE_SIZE)

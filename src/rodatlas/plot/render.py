@@ -114,7 +114,8 @@ def draw_triad(ax: Axes, view: View = DEFAULT_VIEW, *, size: float = 7.5) -> lis
                 arrowprops={"arrowstyle": "-|>,head_length=0.22,head_width=0.09", "lw": 0.6, "color": INK,
                             "shrinkA": 0, "shrinkB": 0},
             )  # fmt: skip
-            text = ax.text(*(tip + 0.28 * tip / np.hypot(*tip)), f"${name}$", ha="center", va="center", fontsize=size)
+            x, y = tip + 0.28 * tip / np.hypot(*tip)
+            text = ax.text(x, y, f"${name}$", ha="center", va="center", fontsize=size)
             artists += [arrow, text]
         ax.set_aspect("equal")
         ax.set_axis_off()

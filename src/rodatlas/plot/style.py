@@ -39,7 +39,7 @@ MARKERS: dict[str, dict[str, Any]] = {
 # widths of a figure on one and on two columns of a journal page, in inches
 ONE_COLUMN, TWO_COLUMN = 3.4, 7.0
 
-RC: dict[str, Any] = {
+RC: Any = {
     "font.family": ["STIXGeneral"],
     "mathtext.fontset": "stix",
     "font.size": 8.5,

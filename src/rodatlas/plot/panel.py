@@ -1,0 +1,212 @@
+"""Parts of a bifurcation diagram: curves, markers, guides, numbers and names."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from rodatlas.plot.curves import Stretch, slice_stretches, unique_events
+from rodatlas.plot.placement import Obstacles, around, axes_box, best_place, dense, text_size, to_points, uncovered
+from rodatlas.plot.protocols import EventLike, SettingsLike, SliceLike
+from rodatlas.plot.style import (
+    FAINT,
+    INK,
+    MARKER_SIZE,
+    MARKERS,
+    STABLE_WIDTH,
+    UNSTABLE,
+    UNSTABLE_DASHES,
+    UNSTABLE_WIDTH,
+    color_of,
+    label_of,
+)
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+NUMBER_SIZE, NAME_SIZE, NOTE_SIZE = 7.5, 9.0, 7.0
+NEAR_LIMIT = 0.08  # the limiting shear is shown when the range ends this near to it
+GUTTER = 0.012
+
+
+@dataclass(frozen=True)
+class Drawn:
+    """What a diagram consists of, for those who add to it."""
+
+    stretches: list[Stretch]
+    events: list[EventLike]
+    obstacles: Obstacles
+
+
+def draw_curves(slice_: SliceLike, ax: Axes, free: tuple[float, float] = (0.0, 0.0)) -> Drawn:
+    """Curves, markers, guides and axis labels.
+
+    Parameters
+    ----------
+    free : parts of the axes' height that are left free of the diagram, below and above it.
+    """
+    settings, stretches, events = slice_.settings, slice_stretches(slice_), unique_events(slice_)
+    low, high, limit = shear_view(settings)
+    bottom, top = height_range(stretches)
+    full = (top - bottom) / (1.0 - sum(free))
+    ax.set_xlim(low, high)
+    ax.set_ylim(bottom - free[0] * full, top + free[1] * full)
+    ax.set_yticks([t for t in ax.get_yticks() if bottom <= t <= top])
+    ax.plot([low, high], [0.0, 0.0], color=FAINT, lw=0.5, zorder=0.5)
+    ax.plot([0.0, 0.0], [bottom, top], color=FAINT, lw=0.5, zorder=0.5)
+    _draw_stretches(ax, stretches)
+    for event in events:
+        _draw_event(ax, event)
+    ax.set_xlabel(r"shear $\Delta D$  (units of $L$)")
+    ax.set_ylabel(r"height $h=\int y\,\mathrm{d}s$  (units of $L$)")
+    points = [dense(to_points(ax, s.xy)) for s in stretches]
+    weights = [np.full(len(p), 1.5 if s.stable else 1.0) for p, s in zip(points, stretches, strict=True)]
+    left, _, right, _ = axes_box(ax)
+    (_, lowest), (_, highest) = to_points(ax, np.array([[0.0, bottom], [0.0, top]]))
+    border = (left, lowest + 2.0, right, highest - 2.0)
+    samples, weight = (np.concatenate(points), np.concatenate(weights)) if points else (np.empty((0, 2)), np.empty(0))
+    obstacles = Obstacles(samples, border, weights=weight)
+    for place in _places(ax, events):
+        obstacles.take(place, (MARKER_SIZE, MARKER_SIZE), 0.8)
+    if limit is not None:
+        _draw_limit(ax, limit, (bottom, top), obstacles)
+    return Drawn(stretches, events, obstacles)
+
+
+def shear_view(settings: SettingsLike) -> tuple[float, float, float | None]:
+    """Range of the shear axis, and the limiting shear if it lies within."""
+    from rodatlas.rods.band import limiting_shear
+
+    limit = limiting_shear(settings.compression)
+    low = settings.shear_min - GUTTER
+    if limit - settings.shear_max <= NEAR_LIMIT * limit:
+        return low, limit + 1.5 * GUTTER, limit
+    return low, settings.shear_max + GUTTER, None
+
+
+def draw_heading(settings: SettingsLike, ax: Axes) -> None:
+    """The setting on the left and the legend on the right, above the axes."""
+    from matplotlib.lines import Line2D
+
+    setting = (
+        rf"$\psi_0={settings.angle_deg:g}^\circ$,  $\Delta L={settings.compression:g}\,L$,  $\nu={settings.poisson:g}$"
+    )
+    ax.set_title(setting, loc="left", pad=5.0)
+    handles = [
+        Line2D([], [], color=INK, lw=STABLE_WIDTH, label="stable"),
+        Line2D([], [], color=UNSTABLE, lw=UNSTABLE_WIDTH, dashes=UNSTABLE_DASHES, label="unstable"),
+        Line2D([], [], label="fold", **MARKERS["fold"]),
+        Line2D([], [], label="branch point", **MARKERS["branch point"]),
+    ]
+    ax.legend(
+        handles=handles, loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=4, borderaxespad=0.1, handlelength=1.7,
+        columnspacing=1.0, handletextpad=0.35, borderpad=0.3,
+    )  # fmt: skip
+
+
+def label_events(drawn: Drawn, ax: Axes) -> None:
+    """Numbers next to the numbered special points, the crowded ones first; a thin line leads to a distant one."""
+    numbered = [e for e in drawn.events if e.number is not None]
+    places = _places(ax, numbered)
+    crowd = [int((np.hypot(*(places - p).T) < 15.0).sum()) for p in places]
+    for i in sorted(range(len(numbered)), key=lambda i: (-crowd[i], numbered[i].number or 0)):
+        text = str(numbered[i].number)
+        size = text_size(text, NUMBER_SIZE)
+        place, _ = best_place(drawn.obstacles, size, around(places[i], size, (3.2, 4.5, 6.0, 8.0, 11.0, 15.0, 20.0)))
+        _write(ax, places[i], place, text, NUMBER_SIZE, INK, size)
+        drawn.obstacles.take(place, size)
+
+
+def label_states(drawn: Drawn, ax: Axes) -> None:
+    """One name for each stretch of a stable state, beside the curve, the short stretches first."""
+    named = [(s, to_points(ax, s.xy)) for s in drawn.stretches if s.name]
+    named = [(s, p) for s, p in named if np.hypot(*np.diff(p, axis=0).T).sum() > 1.0]
+    for stretch, points in sorted(named, key=lambda pair: len(dense(pair[1]))):
+        text = label_of(stretch.name or "")
+        size = text_size(text, NAME_SIZE)
+        places, anchors = _beside(points, size)
+        place, at = best_place(drawn.obstacles, size, places)
+        _write(ax, anchors[at], place, text, NAME_SIZE, color_of(stretch.name), size, lead=14.0)
+        drawn.obstacles.take(place, size)
+
+
+def _beside(points: np.ndarray, size: tuple[float, float]) -> tuple[list[tuple[np.ndarray, float]], list[np.ndarray]]:
+    """Places on both sides of a curve, and the point of the curve next to each; the middle is preferred."""
+    even = dense(points, 6.0)
+    ways = np.gradient(even, axis=0) if len(even) > 1 else np.array([[1.0, 0.0]])
+    ways /= np.maximum(np.hypot(*ways.T), 1e-12)[:, None]
+    places, anchors = [], []
+    for i, (anchor, way) in enumerate(zip(even, ways, strict=True)):
+        off_middle = abs(i / max(len(even) - 1, 1) - 0.45)
+        for side in (1.0, -1.0):
+            normal = side * np.array([-way[1], way[0]])
+            reach = 0.5 * (abs(normal[0]) * size[0] + abs(normal[1]) * size[1])
+            for gap in (3.2, 5.0, 8.0, 13.0, 20.0, 28.0):
+                places.append((anchor + normal * (reach + gap), 0.5 * gap + 4.0 * off_middle))
+                anchors.append(anchor)
+    return places, anchors
+
+
+def _write(
+    ax: Axes, anchor: np.ndarray, center: np.ndarray, text: str, size: float, color: str,
+    extent: tuple[float, float], lead: float = 6.0,
+) -> None:  # fmt: skip
+    """Text centred at a place given in points, with a thin line to its anchor when that is far."""
+    data = ax.transData.inverted().transform(anchor * ax.figure.dpi / 72.0)
+    offset = center - anchor
+    distance = np.hypot(*np.maximum(np.abs(offset) - 0.5 * np.asarray(extent), 0.0))
+    arrow = {"arrowstyle": "-", "lw": 0.4, "color": color, "shrinkA": 0.5, "shrinkB": 2.0} if distance > lead else None
+    ax.annotate(
+        text, xy=(data[0], data[1]), xytext=(offset[0], offset[1]), textcoords="offset points", ha="center",
+        va="center_baseline" if text.isdigit() else "center", fontsize=size, color=color, arrowprops=arrow, zorder=5,
+    )  # fmt: skip
+
+
+def _draw_stretches(ax: Axes, stretches: list[Stretch]) -> None:
+    """Stable stretches solid, unstable ones dashed; of dashed curves on top of each other only the first is drawn,
+    since two patterns of dashes together look like a solid line."""
+    drawn = np.empty((0, 2))
+    for stretch in stretches:
+        if stretch.stable:
+            ax.plot(*stretch.xy.T, color=color_of(stretch.name), lw=STABLE_WIDTH, zorder=3, gid="stable")
+            continue
+        for piece in uncovered(stretch.xy, to_points(ax, stretch.xy), drawn):
+            ax.plot(*piece.T, color=UNSTABLE, lw=UNSTABLE_WIDTH, dashes=UNSTABLE_DASHES, zorder=2, gid="unstable")
+        drawn = np.concatenate([drawn, dense(to_points(ax, stretch.xy), 0.5)])
+
+
+def _draw_event(ax: Axes, event: EventLike) -> None:
+    kind = "fold" if event.kind == "fold" else "branch point"
+    place = event.special.solution
+    zorder = 4.0 if kind == "fold" else 4.1
+    ax.plot([place["dD"]], [place["height"]], zorder=zorder, gid=kind, **MARKERS[kind])
+
+
+def _draw_limit(ax: Axes, limit: float, heights: tuple[float, float], obstacles: Obstacles) -> None:
+    """The limiting shear as a thin line, its name along it."""
+    ax.plot([limit, limit], heights, color=INK, lw=0.5, zorder=1, gid="limiting shear")
+    text = "limiting shear"
+    ax.annotate(
+        text, xy=(limit, heights[1]), xytext=(-2.0, -5.0), textcoords="offset points", rotation=90, ha="right",
+        va="top", fontsize=NOTE_SIZE, color=INK,
+    )  # fmt: skip
+    length, thick = text_size(text, NOTE_SIZE)
+    (x, low), (_, high) = to_points(ax, np.array([[limit, heights[0]], [limit, heights[1]]]))
+    obstacles.take(np.array([x - 2.0 - 0.7 * thick, high - 5.0 - 0.5 * length]), (1.5 * thick, length))
+    obstacles.take(np.array([x, 0.5 * (low + high)]), (1.0, high - low))
+
+
+def _places(ax: Axes, events: list[EventLike]) -> np.ndarray:
+    """(n, 2) places of events in points."""
+    xy = np.array([(e.special.solution["dD"], e.special.solution["height"]) for e in events]).reshape(-1, 2)
+    return to_points(ax, xy) if len(xy) else xy
+
+
+def height_range(stretches: list[Stretch]) -> tuple[float, float]:
+    """Range of the height axis: all curves and the line of zero height, with some air."""
+    heights = np.concatenate([s.xy[:, 1] for s in stretches] + [np.zeros(1)])
+    low, high = float(heights.min()), float(heights.max())
+    air = 0.09 * (high - low)
+    return low - air, high + air

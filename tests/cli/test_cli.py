@@ -1,0 +1,101 @@
+"""The command line: one line and exit code 2 for wrong input, JSON on stdout alone, files that can be read back."""
+
+import json
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+
+from rodatlas.cli import main
+from rodatlas.continuation import Solution
+
+
+def run(capsys, *arguments):
+    with pytest.raises(SystemExit) as stop:
+        main(list(arguments))
+    out = capsys.readouterr()
+    return stop.value.code, out.out, out.err
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (["slice", "--angle", "x"], "angle: expected a number, got 'x'"),
+        (["slice", "--angle", "95"], "angle: expected degrees with 0 <= angle < 90, got 95.0"),
+        (["slice", "--angle", "nan"], "angle: expected degrees with 0 <= angle < 90, got nan"),
+        (["slice", "--angle", "15", "--shear-max", "0.9"], "shear-max: expected a number from 0.001 to below 0.866025"),
+        (["slice", "--angle", "15", "--compression", "1"], "compression: expected a number between 0 and 1"),
+        (["slice", "--angle", "15", "--compression", "1.5"], "compression: expected a number between 0 and 1"),
+        (["slice", "--angle", "15", "--poisson", "0.6"], "poisson: expected a number with -1 < nu <= 0.5, got 0.6"),
+        (["slice", "--angle", "15", "--tol", "0"], "tol: expected a number between 1e-10 and 0.001, got 0.0"),
+        (["slice", "--angle", "15", "--out", "/proc/rodatlas"], "out: expected a folder that can be written"),
+        (["slice", "--angle", "15", "--json", "/"], "json: expected a file name or -, got the folder '/'"),
+        (["slice"], "Missing option '--angle'"),
+        (["slice", "--angel", "15"], "No such option: --angel"),
+        (["slyce"], "No such command 'slyce'"),
+        (["solve", "--angle", "15", "--shear", "1", "--state", "U", "--out", "u"], "shear: expected a number of size"),
+        (["solve", "--angle", "15", "--shear", "0", "--state", "V", "--out", "u"], "state: expected one of U, US+, US-"),
+    ],
+)
+def test_wrong_input_is_one_line(capsys, tmp_path, monkeypatch, arguments, message):
+    monkeypatch.chdir(tmp_path)
+    code, out, err = run(capsys, *arguments)
+    assert code == 2
+    assert out == ""
+    assert err.startswith(f"rodatlas: {message}")
+    assert err.count("\n") == 1
+
+
+def test_a_state_that_is_not_there_says_what_is(capsys, tmp_path):
+    code, _, err = run(capsys, "solve", "--angle", "15", "--shear", "0.2", "--state", "uUu", "--out", str(tmp_path / "x"))
+    assert code == 2
+    assert "got 'uUu', which is stable for shear 0.6164 to 0.8200" in err.splitlines()[-1]
+
+
+def test_solve_writes_a_solution_that_reads_back(capsys, tmp_path):
+    path = tmp_path / "new" / "u"
+    code, out, _ = run(capsys, "solve", "--angle", "45", "--shear", "0.2", "--state", "U", "--out", str(path))
+    assert code == 0
+    assert "0.215493955" in out
+    assert "stable" in out
+    solution = Solution.load(path.with_suffix(".h5"))
+    assert abs(solution["energy"] - 8.272356559) < 1e-7
+    table = np.loadtxt(path.with_suffix(".csv"), delimiter=",")
+    assert table.shape == (201, 14)
+    assert np.allclose(table[0, 1:4], (-17.10825468, 10.49335466, -10.49335466), atol=1e-6)
+
+
+def test_slice_prints_json_alone_and_writes_figures(capsys, tmp_path):
+    code, out, err = run(capsys, "slice", "--angle", "15", "--out", str(tmp_path), "--json", "-")
+    assert code == 0
+    data = json.loads(out)
+    assert data["schema"] == "rodatlas/slice/1"
+    assert [s["name"] for s in data["states"]] == ["U", "US+-", "uUu", "w", "W", "WS+-", "uUui"]
+    assert data["warnings"] == []
+    assert "Stable states at angle 15 deg" in err
+    for name in ("diagram.png", "diagram.pdf", "profiles.png", "profiles.pdf"):
+        assert (tmp_path / f"slice-15-{name}").stat().st_size > 10_000
+    assert json.loads((tmp_path / "slice-15.json").read_text())["states"] == data["states"]
+    # a damaged branch file is named when the run is repeated
+    path = tmp_path / "slice-15" / "U.h5"
+    path.write_bytes(path.read_bytes()[:500])
+    code, _, err = run(capsys, "slice", "--angle", "15", "--out", str(tmp_path))
+    assert code == 2
+    assert "U.h5: expected" in err.splitlines()[-1]
+
+
+def test_help_loads_nothing_heavy():
+    code = (
+        "import sys, contextlib, io\n"
+        "from rodatlas.cli import main\n"
+        "with contextlib.suppress(SystemExit), contextlib.redirect_stdout(io.StringIO()):\n"
+        "    main(['--help'])\n"
+        "print(sorted({'numba', 'casadi', 'matplotlib', 'scipy', 'numpy', 'h5py', 'pandas'} & set(sys.modules)))"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert done.stdout.strip() == "[]"
+
+
+def test_version(capsys):
+    assert run(capsys, "--version")[:2] == (0, "0.1.0\n")

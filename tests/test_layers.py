@@ -1,0 +1,88 @@
+"""The layers of the package: imports run down the list only, and heavy libraries are loaded when needed."""
+
+from __future__ import annotations
+
+import ast
+import importlib.util
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+import rodatlas
+
+ROOT = Path(rodatlas.__file__).parent
+LAYERS = ("cli", "explorer", "paper", "atlas", "states", "snap", "plot", "rods", "continuation")  # top to bottom
+HEAVY = ("numba", "casadi", "matplotlib", "scipy")
+
+
+def modules() -> list[Path]:
+    return sorted(ROOT.rglob("*.py"))
+
+
+def imported(path: Path) -> set[str]:
+    """Every module of the package that a file imports, inside functions and for type checkers too."""
+    package = ["rodatlas", *path.relative_to(ROOT).with_suffix("").parts]
+    found: set[str] = set()
+    for node in ast.walk(ast.parse(path.read_text())):
+        if isinstance(node, ast.Import):
+            found |= {alias.name for alias in node.names}
+        elif isinstance(node, ast.ImportFrom):
+            base = node.module or ""
+            if node.level:
+                base = ".".join([*package[: len(package) - node.level], *([node.module] if node.module else [])])
+            found |= {base, *(f"{base}.{alias.name}" for alias in node.names)}
+    return {name for name in found if name.split(".")[0] == "rodatlas"}
+
+
+def layer(parts: list[str]) -> str | None:
+    """The layer of a module given by its dotted name's parts; None for the package itself."""
+    return parts[1] if len(parts) > 1 and parts[1] in LAYERS else None
+
+
+@pytest.mark.parametrize("path", modules(), ids=lambda p: str(p.relative_to(ROOT)))
+def test_imports_run_down_the_list(path: Path) -> None:
+    inside = path.relative_to(ROOT).with_suffix("").parts
+    mine = layer(["rodatlas", *inside])
+    for name in imported(path):
+        other = layer(name.split("."))
+        if mine is None:
+            assert other is None or inside == ("__main__",), f"the package itself imports {name}"
+        elif other is not None:
+            assert LAYERS.index(other) >= LAYERS.index(mine), f"{mine} imports {name}, which is above it"
+
+
+def test_every_folder_is_a_known_layer() -> None:
+    folders = {p.name for p in ROOT.iterdir() if p.is_dir() and any(p.rglob("*.py"))}
+    assert folders <= set(LAYERS)
+
+
+def test_the_engine_runs_without_the_rest() -> None:
+    code = (
+        "import sys, rodatlas.continuation\n"
+        "print([m for m in sys.modules if m.startswith('rodatlas.') and not m.startswith('rodatlas.continuation')])"
+    )
+    assert _python(code) == "[]"
+
+
+def test_importing_the_package_loads_nothing_heavy() -> None:
+    assert _python(f"import sys, rodatlas; print([m for m in {HEAVY} if m in sys.modules])") == "[]"
+
+
+@pytest.mark.skipif(importlib.util.find_spec("rodatlas.cli") is None, reason="no command line in this package")
+def test_the_help_page_loads_nothing_heavy() -> None:
+    code = (
+        "import sys\n"
+        "from rodatlas.cli import main\n"
+        "sys.argv = ['rodatlas', '--help']\n"
+        "try:\n    main()\nexcept SystemExit as leave:\n    assert not leave.code, leave.code\n"
+        f"print([m for m in {HEAVY} if m in sys.modules])"
+    )
+    assert _python(code).splitlines()[-1] == "[]"
+
+
+def _python(code: str) -> str:
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=120)
+    assert done.returncode == 0, done.stderr
+    return done.stdout.strip()
