@@ -10,9 +10,8 @@ from rodatlas.atlas.follow import FREE
 from rodatlas.atlas.settings import SliceSettings
 from rodatlas.atlas.slice import Slice, State
 from rodatlas.continuation import MeshControl, NotConverged, Solution, TraceOptions, solve
+from rodatlas.plot.diagram import plus_member
 from rodatlas.rods.perfectly_anisotropic import rod_problem
-from rodatlas.rods.symmetry import reverse
-from rodatlas.states.names import member
 
 ROUND = 0.005  # a chosen shear is a multiple of this where the range allows it
 
@@ -67,7 +66,7 @@ def coexisting_states(slice_: Slice, shear: float | None = None) -> dict[str, So
         name = state.name
         if state.pair:
             name = name.removesuffix("+-") + "+"
-            solution = solution if member(solution) == "+" else reverse(solution)
+            solution = plus_member(solution)
         found.setdefault(name, solution)
     return found
 

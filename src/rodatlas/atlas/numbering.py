@@ -32,10 +32,11 @@ NEIGHBOURS = {
     6: {"branch point": 8},
     14: {"branch point": 8},
     7: {"branch point": 9, "fold": 18},
+    9: {"fold": 7},
     11: {"fold": 13},
     15: {"fold": 16},
 }
-STOP = {3, 4}
+STOP = {3, 4, 10, 11}
 
 
 def number_neighbours(branch: Branch, known: dict[int, int]) -> dict[int, int]:
@@ -50,14 +51,14 @@ def number_neighbours(branch: Branch, known: dict[int, int]) -> dict[int, int]:
     the same mapping with the neighbours added.
     """
     numbers = dict(known)
-    for at, number in known.items():
-        for kind, given in NEIGHBOURS.get(number, {}).items():
-            step = _unstable_side(branch.special[at])
-            if step == 0:
-                continue
-            found = _next(branch, at, step, kind, numbers)
+    queue = list(known)
+    for at in queue:
+        step = _unstable_side(branch.special[at])
+        for kind, given in NEIGHBOURS.get(numbers[at], {}).items():
+            found = _next(branch, at, step, kind, numbers) if step else None
             if found is not None and given not in numbers.values():
                 numbers[found] = given
+                queue.append(found)
     return numbers
 
 
@@ -72,7 +73,7 @@ def _unstable_side(special: SpecialPoint) -> int:
 def _next(branch: Branch, at: int, step: int, kind: str, numbers: dict[int, int]) -> int | None:
     """Position of the first special point of a kind, at most two away and not past another numbered end."""
     for i in range(at + step, at + 3 * step, step):
-        if not 0 <= i < len(branch.special) or numbers.get(i) in STOP or numbers.get(i, 0) in (4, 10, 11):
+        if not 0 <= i < len(branch.special) or numbers.get(i) in STOP:
             return None
         if branch.special[i].kind == kind and i not in numbers:
             return i

@@ -6,7 +6,7 @@ units of `scale.parameters[b]`.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -14,7 +14,7 @@ import numpy as np
 from rodatlas.continuation.gauss import gauss_scheme
 from rodatlas.continuation.linear import Blocks, BorderedMatrix, Columns, Factorization, factor
 from rodatlas.continuation.problem import BVP, Evaluator
-from rodatlas.continuation.solution import Solution, evaluate, stage_points
+from rodatlas.continuation.solution import Interpolation, Solution, stage_points
 
 
 @dataclass(frozen=True)
@@ -138,10 +138,20 @@ class Collocation:
             out[name] = float(value)
         return out
 
+    def carrier(self, other: Collocation) -> Callable[[Columns], Columns]:
+        """Function that interpolates states or tangents of this mesh on the mesh of another one (scales equal)."""
+        at = Interpolation(self.mesh, self.scheme.points, np.concatenate([other.gauss.ravel(), other.mesh]))
+        shape, count = (*other.gauss.shape, len(self._su)), other.gauss.size
+
+        def carry(x: Columns) -> Columns:
+            values = at(x.mesh, x.stage)
+            return Columns(values[:count].reshape(shape), values[count:], x.scalars.copy())
+
+        return carry
+
     def interpolate(self, x: Columns, other: Collocation) -> Columns:
-        """A state or tangent of this mesh on the mesh of another discretisation (scales equal)."""
-        stage = evaluate(self.mesh, x.mesh, x.stage, other.gauss.ravel()).reshape(*other.gauss.shape, -1)
-        return Columns(stage, evaluate(self.mesh, x.mesh, x.stage, other.mesh), x.scalars.copy())
+        """One state or tangent on the mesh of another discretisation."""
+        return self.carrier(other)(x)
 
     def row(self, v: Columns) -> Row:
         """The functional <v, .> of the mesh-independent inner product."""

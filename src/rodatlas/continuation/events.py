@@ -24,11 +24,14 @@ class Located:
     Attributes
     ----------
     fraction : place on the segment, 0 to 1; iterations : Newton iterations spent.
+    gap : the branch point exists only for a perturbed problem: here two curves pass each other at a small distance,
+        and the step jumped from one to the other.
     """
 
     special: SpecialPoint
     fraction: float
     iterations: int
+    gap: bool = False
 
     @property
     def is_zero(self) -> bool:
@@ -120,11 +123,11 @@ def turns_at(special: SpecialPoint) -> bool:
 def unresolved(segment: Segment, events: list[Located], options: TraceOptions, tried: float) -> bool:
     """Whether a shorter step should tell more.
 
-    It should when several folds or branch points crowd on the segment, when the turns of the parameter do not add
-    up, when the parameter may have turned twice, when an event lies beyond a bound, and (down to an eighth of the
+    It should when several folds or branch points crowd on the segment, when it jumps a gap between two curves, when
+    the turns of the parameter do not add up, when the parameter may have turned twice, when an event lies beyond a bound, and (down to an eighth of the
     step tried first) when one was not located.
     """
-    if sum(not e.is_zero for e in events) > 1:
+    if sum(not e.is_zero for e in events) > 1 or any(e.gap for e in events):
         return True
     both = "fold" in options.locate and "branch point" in options.locate
     if both and sum(e.turns for e in events) % 2 != changes(*segment.fold_tests):
@@ -263,6 +266,9 @@ def _record(
         colloc, found, error = refined(colloc, found, tangent, options.mesh)
         spent += found.iterations - before
         tangent = segment.colloc.interpolate(tangent, colloc)
+    gap = kind == "branch point" and found.converged and abs(found.unfolding) > 1e-9 + 10 * options.mesh.tolerance
+    if gap:
+        found = replace(found, converged=False)
     if kind == "branch point":
         directions = branch_directions(colloc, found, tangent) if found.converged else (tangent,)
         turns = found.converged and abs(directions[0].scalars[0]) < 1e-3 * max(np.abs(segment.fold_tests)) + 1e-9
@@ -274,4 +280,4 @@ def _record(
         directions=directions, free=tuple(colloc.bvp.parameter_names[i] for i in colloc.free), scale=colloc.scale,
         turns=turns,
     )  # fmt: skip
-    return Located(special, fraction, spent)
+    return Located(special, fraction, spent, gap)

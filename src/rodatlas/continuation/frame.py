@@ -63,11 +63,9 @@ class Frame:
         new = Collocation(
             old.bvp, mesh, old.scheme.points, old.base, list(old.free), old.scale, old.backend
         )  # fmt: skip
-        previous = old.interpolate(self.previous, new) if self.previous is not None else None
-        return replace(
-            self, colloc=new, x=old.interpolate(self.x, new), tangent=old.interpolate(self.tangent, new),
-            previous=previous,
-        )  # fmt: skip
+        carry = old.carrier(new)
+        previous = carry(self.previous) if self.previous is not None else None
+        return replace(self, colloc=new, x=carry(self.x), tangent=carry(self.tangent), previous=previous)
 
 
 def unit_tangent(colloc: Collocation, fac: Factorization, along: Columns) -> Columns:

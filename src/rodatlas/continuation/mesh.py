@@ -108,12 +108,13 @@ def error_estimate(colloc: Collocation, x: Columns, tangent: Columns | None = No
         colloc.bvp, halved(colloc.mesh), colloc.scheme.points, colloc.base, list(colloc.free), colloc.scale,
         colloc.backend,
     )  # fmt: skip
-    y = colloc.interpolate(x, fine)
+    carry = colloc.carrier(fine)
+    y = carry(x)
     lin = fine.linearize(y)
     if tangent is None:
         _, row = fine.observable_row(colloc.bvp.parameter_names[colloc.free[0]], y)
     else:
-        row = fine.row(colloc.interpolate(tangent, fine))
+        row = fine.row(carry(tangent))
     factorization = fine.factor(lin, [row])
     if factorization.sign == 0.0:
         return ErrorEstimate(float("nan"), float("nan"))

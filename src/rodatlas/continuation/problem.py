@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, lru_cache
 from typing import Any
 
 import numpy as np
@@ -228,8 +228,7 @@ class Evaluator:
     """
 
     def __init__(self, function: Any, count: int):
-        mapped = function if count == 1 else function.map(count)
-        self._buffer, self._call = mapped.buffer()
+        self._buffer, self._call = _mapped(function, count).buffer()
         self._inputs = [np.zeros((count, function.numel_in(i))) for i in range(function.n_in())]
         self.outputs = [np.zeros((count, function.numel_out(i))) for i in range(function.n_out())]
         for i, array in enumerate(self._inputs):
@@ -242,6 +241,12 @@ class Evaluator:
             array[...] = value.reshape(array.shape) if value.size == array.size else value
         self._call()
         return self.outputs
+
+
+@lru_cache(maxsize=256)
+def _mapped(function: Any, count: int) -> Any:
+    """The function over `count` points; meshes of equal size share it."""
+    return function if count == 1 else function.map(count)
 
 
 class _numpy_semantics:

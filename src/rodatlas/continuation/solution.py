@@ -68,7 +68,7 @@ class Solution:
     def __call__(self, s: np.ndarray | float, name: str | None = None) -> np.ndarray:
         """Unknowns (len(s), n), or one of them (len(s),), at any s in [0, 1]."""
         s = np.atleast_1d(np.asarray(s, dtype=float))
-        out = evaluate(self.mesh, self.values, self.stages, s)
+        out = Interpolation(self.mesh, self.points, s)(self.values, self.stages)
         return out if name is None else out[:, self.unknowns.index(name)]
 
     def gauss_points(self) -> np.ndarray:
@@ -134,12 +134,18 @@ def stage_points(mesh: np.ndarray, points: int) -> np.ndarray:
     return mesh[:-1, None] + np.diff(mesh)[:, None] * gauss_scheme(points).nodes
 
 
-def evaluate(mesh: np.ndarray, values: np.ndarray, stages: np.ndarray, s: np.ndarray) -> np.ndarray:
-    """Interpolate (len(s), n) with the collocation polynomial of each interval."""
-    interval = np.clip(np.searchsorted(mesh, s, side="right") - 1, 0, len(mesh) - 2)
-    x = (s - mesh[interval]) / (mesh[interval + 1] - mesh[interval])
-    basis = gauss_scheme(stages.shape[1]).basis(x)
-    out = basis[:, :1] * values[interval] + np.einsum("xi,xia->xa", basis[:, 1:], stages[interval])
-    exact = s == mesh[-1]
-    out[exact] = values[-1]
-    return out
+class Interpolation:
+    """Evaluation at fixed s of piecewise polynomials on one mesh: on each interval the collocation polynomial."""
+
+    def __init__(self, mesh: np.ndarray, points: int, s: np.ndarray):
+        self._interval = np.clip(np.searchsorted(mesh, s, side="right") - 1, 0, len(mesh) - 2)
+        left = mesh[self._interval]
+        basis = gauss_scheme(points).basis((s - left) / (mesh[self._interval + 1] - left))
+        self._left, self._stages = basis[:, :1], basis[:, None, 1:]
+        self._end = s == mesh[-1]
+
+    def __call__(self, values: np.ndarray, stages: np.ndarray) -> np.ndarray:
+        """Values (len(s), n)."""
+        out = self._left * values[self._interval] + np.matmul(self._stages, stages[self._interval])[:, 0]
+        out[self._end] = values[-1]
+        return out

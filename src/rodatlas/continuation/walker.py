@@ -92,7 +92,7 @@ class Walker:
         """Take a step that Newton, the tangent and the bookkeeping accept; None when there is none."""
         control = self.options.step
         step = self._step
-        finest = max(64 * control.minimum, 1e-3 * control.maximum)
+        finest = 64 * control.minimum
         while step >= control.minimum:
             trial = self._correct(step)
             if self.end is not None:

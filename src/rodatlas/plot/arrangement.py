@@ -116,14 +116,15 @@ class Layout:
         way = place - start
         length = float(np.hypot(*way))
         end = place - way / max(length, 1e-9) * 2.5
-        crossed = float(self._weight[crosses(start, end, self._one, self._two)].sum())
+        hit = crosses(start, end, self._one, self._two)
+        crossed, crossings = float(self._weight[hit].sum()), int(hit.sum())
         near = 0.0
         if len(self._boxes):
             part = np.clip((self._boxes - start) @ way / max(length, 1e-9) ** 2, 0.0, 1.0)
             near = float((np.hypot(*(self._boxes - start - part[:, None] * way).T) < 5.0).sum())
         along = start + np.linspace(0.0, 1.0, max(int(length / 3.0), 2))[:, None] * (place - 4.0 * way / length - start)
         beside = float((self._curves.query(along, distance_upper_bound=4.0)[0] < 3.0).sum())
-        return 0.02 * length + 0.01 * abs(way[0]) + crossed + 4.0 * near + 0.2 * beside
+        return 0.02 * length + 0.01 * abs(way[0]) + crossed + 4.0 * near + 0.5 * max(beside - 3.0 * crossings, 0.0)
 
 
 def crosses(start: np.ndarray, end: np.ndarray, one: np.ndarray, two: np.ndarray) -> np.ndarray:

@@ -91,11 +91,18 @@ def draw_slice_figure(slice_: SliceLike, width: float = DISPLAY_WIDTH) -> Figure
 
 
 def plus_member(solution: Solution) -> Solution:
-    """The member of a +/- pair with more bending energy in the half s > 1/2: the solution or its reversal."""
+    """The member + of a +/- pair, the solution or its reversal: the one with more bending energy in the half s > 1/2.
+
+    Where both halves have the same (S+-, whose k1 is odd about the middle): the one with the larger k1 in s > 1/2.
+    """
     from rodatlas.rods.symmetry import reverse
 
     k1 = solution.stages[..., solution.unknowns.index("k1")]
-    return solution if solution.mean((solution.gauss_points() - 0.5) * k1**2) >= 0 else reverse(solution)
+    arm = solution.gauss_points() - 0.5
+    moment = solution.mean(arm * k1**2)
+    if abs(moment) < 1e-5 * solution.mean(k1**2):
+        moment = solution.mean(arm * k1)
+    return solution if moment >= 0 else reverse(solution)
 
 
 def _one_of_each(states: Sequence[StateLike]) -> list[StateLike]:

@@ -109,14 +109,28 @@ def draw_heading(settings: SettingsLike, ax: Axes) -> None:
 def label_events(drawn: Drawn, ax: Axes) -> None:
     """Numbers next to the numbered special points, the crowded ones first; a thin line leads to a distant one."""
     numbered = [e for e in drawn.events if e.number is not None]
-    places = _places(ax, numbered)
+    places, every = _places(ax, numbered), _places(ax, drawn.events)
     crowd = [int((np.hypot(*(places - p).T) < 15.0).sum()) for p in places]
     for i in sorted(range(len(numbered)), key=lambda i: (-crowd[i], numbered[i].number or 0)):
         text = str(numbered[i].number)
         size = text_size(text, NUMBER_SIZE)
-        place, _ = best_place(drawn.obstacles, size, around(places[i], size, (3.2, 4.5, 6.0, 8.0, 11.0, 15.0, 20.0)))
+        others = every[np.hypot(*(every - places[i]).T) > 0.5]
+        candidates = [
+            (center, penalty + (6.0 if _nearer(center, size, others, places[i]) else 0.0))
+            for center, penalty in around(places[i], size, (3.2, 4.5, 6.0, 8.0, 11.0, 15.0, 20.0))
+        ]
+        place, _ = best_place(drawn.obstacles, size, candidates)
         _write(ax, places[i], place, text, NUMBER_SIZE, INK, size)
         drawn.obstacles.take(place, size)
+
+
+def _nearer(center: np.ndarray, size: tuple[float, float], others: np.ndarray, own: np.ndarray) -> bool:
+    """Whether a label would be nearer to another marker than to its own, or nearly so."""
+
+    def gap(markers: np.ndarray) -> np.ndarray:
+        return np.hypot(*np.maximum(np.abs(markers - center) - 0.5 * np.asarray(size), 0.0).T)
+
+    return bool(len(others)) and float(gap(others).min()) < 1.3 * float(gap(own[None])[0])
 
 
 def label_states(drawn: Drawn, ax: Axes) -> None:

@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
+    from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
 # One colour for each state, the same in every figure. Any two differ by at least 24 CIE Lab units, also as seen with
@@ -105,23 +106,25 @@ def new_figure(width: float, height: float) -> Figure:
     return fig
 
 
-def save_figure(fig: Figure, path: str | os.PathLike[str]) -> tuple[Path, Path]:
+def save_figure(fig: Figure | Axes, path: str | os.PathLike[str]) -> tuple[Path, Path]:
     """Write a figure as PNG (200 dpi) and as PDF, the same bytes for the same figure, and close it.
 
     Parameters
     ----------
+    fig : the figure, or axes of it.
     path : where to; a suffix .png or .pdf is ignored.
 
     Returns
     -------
     the paths of the PNG and of the PDF.
     """
+    figure: Any = fig.figure  # that of a figure is itself
     target = Path(path)
     stem = target.with_suffix("") if target.suffix.lower() in (".png", ".pdf") else target
     png, pdf = (stem.parent / (stem.name + suffix) for suffix in (".png", ".pdf"))
     with styled():
-        fig.savefig(png, dpi=200, metadata={"Software": None})
-        fig.savefig(pdf, metadata={"CreationDate": None})
+        figure.savefig(png, dpi=200, metadata={"Software": None})
+        figure.savefig(pdf, metadata={"CreationDate": None})
     if "matplotlib.pyplot" in sys.modules:
-        sys.modules["matplotlib.pyplot"].close(fig)
+        sys.modules["matplotlib.pyplot"].close(figure)
     return png, pdf
