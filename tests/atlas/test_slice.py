@@ -132,7 +132,7 @@ def test_nothing_is_missed_when_steps_change(slice_15, factor, monkeypatch):
 
 def listed(slice_):
     return sorted(
-        (b.followed.symmetric, e.kind, str(e.number), round(e.special.solution["dD"], 6), tuple(sorted(e.special.index)))
+        (b.followed.symmetric, e.kind, str(e.number), round(e.special.solution["dD"], 6), sorted(e.special.index))
         for b in slice_.branches for e in b.events
     )  # fmt: skip
 

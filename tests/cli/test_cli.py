@@ -34,8 +34,8 @@ def run(capsys, *arguments):
         (["slice"], "Missing option '--angle'"),
         (["slice", "--angel", "15"], "No such option: --angel"),
         (["slyce"], "No such command 'slyce'"),
-        (["solve", "--angle", "15", "--shear", "1", "--state", "U", "--out", "u"], "shear: expected a number of size"),
-        (["solve", "--angle", "15", "--shear", "0", "--state", "V", "--out", "u"], "state: expected one of U, US+, US-"),
+        (["solve", "--angle=15", "--shear=1", "--state=U", "--out=u"], "shear: expected a number of size"),
+        (["solve", "--angle=15", "--shear=0", "--state=V", "--out=u"], "state: expected one of U, US+, US-"),
     ],
 )
 def test_wrong_input_is_one_line(capsys, tmp_path, monkeypatch, arguments, message):
@@ -48,7 +48,8 @@ def test_wrong_input_is_one_line(capsys, tmp_path, monkeypatch, arguments, messa
 
 
 def test_a_state_that_is_not_there_says_what_is(capsys, tmp_path):
-    code, _, err = run(capsys, "solve", "--angle", "15", "--shear", "0.2", "--state", "uUu", "--out", str(tmp_path / "x"))
+    out = str(tmp_path / "x")
+    code, _, err = run(capsys, "solve", "--angle", "15", "--shear", "0.2", "--state", "uUu", "--out", out)
     assert code == 2
     assert "got 'uUu', which is stable for shear 0.6164 to 0.8200" in err.splitlines()[-1]
 

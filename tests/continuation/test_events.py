@@ -113,6 +113,17 @@ def test_a_pitchfork_met_along_its_side_branch_is_no_fold() -> None:
     assert np.abs(np.concatenate([p.solution["x"] for p in other])).max() < 1e-9
 
 
+@pytest.mark.parametrize("size", [1e-3, 1e-4, 1e-5])
+def test_an_imperfect_pitchfork_is_two_curves_without_a_branch_point(size: float) -> None:
+    bvp = algebraic(lambda u, p: [u.x * (p.lam - u.x**2) + size])
+    branch = trace(bvp, constant(bvp, [-size / -0.8], lam=-0.8), ("lam",), replace(BOX, step=StepControl(maximum=0.5)))
+    assert kinds(branch) == []
+    assert branch.points[-1].solution["x"][0] == pytest.approx(1.0, abs=size)
+    other = trace(bvp, constant(bvp, [-0.9], lam=0.81 + size / 0.9), ("lam",), BOX)
+    assert kinds(other) == ["fold"]
+    assert other.special[0].solution["lam"] == pytest.approx(3 * (size / 2) ** (2 / 3), abs=1e-9)
+
+
 def test_a_transcritical_point_is_found_on_both_branches() -> None:
     bvp = algebraic(lambda u, p: [u.x * (p.lam - u.x)])
     for start in ([0.0], [-0.5]):

@@ -13,7 +13,8 @@ from rodatlas.plot import color_of, draw_profiles, draw_slice, draw_slice_figure
 from rodatlas.plot.arrangement import crosses, isotonic
 from rodatlas.plot.curves import unique_events
 from rodatlas.plot.style import INK, STATE_COLORS, new_figure
-from rodatlas.states.names import NAMES, member
+from rodatlas.rods.symmetry import pair_member
+from rodatlas.states.names import NAMES
 
 # Machado, Oliveira & Fernandes 2009, severity 1
 VISION = {
@@ -159,7 +160,7 @@ def test_coexisting_states_are_solved_at_the_shear(slice_15):
     states = coexisting_states(slice_15, shear)
     assert list(states) == ["US+", "uUu", "uUui"]
     assert all(s["dD"] == shear for s in states.values())
-    assert member(states["US+"]) == "+"
+    assert pair_member(states["US+"]) == "+"
     assert richest_shear(slice_15.states) == 0.72
     with pytest.raises(ValueError, match=r"^shear: expected a number from -0.05 to 0.82"):
         coexisting_states(slice_15, 0.9)

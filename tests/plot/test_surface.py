@@ -4,11 +4,10 @@ import numpy as np
 import pytest
 
 from rodatlas.continuation import Solution
-from rodatlas.plot.diagram import plus_member
 from rodatlas.plot.render import View, render_band
 from rodatlas.plot.style import new_figure
 from rodatlas.plot.surface import NARROW, band_surface
-from rodatlas.rods.symmetry import reverse
+from rodatlas.rods.symmetry import plus_member, reverse
 
 
 @pytest.fixture(scope="module")

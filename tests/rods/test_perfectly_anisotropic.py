@@ -25,7 +25,7 @@ def test_circle_is_a_solution():
 
 
 def planar_elastica(compression):
-    """Load, mid-height and end curvature of the clamped-clamped first-mode elastica (EI = L = 1), by elliptic integrals.
+    """Load, mid-height and end curvature of the clamped first-mode elastica (EI = L = 1), by elliptic integrals.
 
     A quarter of the rod is an inflectional elastica from an inflection to a vertex; four of them in the length 1.
     """
@@ -69,8 +69,8 @@ def test_reference_end_force_and_moment():
 
 @pytest.mark.parametrize(
     ("ends", "family"),
-    [(Ends(15.0), "U"), (Ends(30.0, 0.3, -0.25), "U"), (Ends(20.0, 0.7, 0.5), "third mode"), (Ends(60.0, 0.5, 0.3), "W"),
-     (Ends(100.0, 0.5, 0.4), "U"), (Ends(15.0, 0.5, 0.8), "U")],
+    [(Ends(15.0), "U"), (Ends(30.0, 0.3, -0.25), "U"), (Ends(20.0, 0.7, 0.5), "third mode"),
+     (Ends(60.0, 0.5, 0.3), "W"), (Ends(100.0, 0.5, 0.4), "U"), (Ends(15.0, 0.5, 0.8), "U")],
 )  # fmt: skip
 def test_both_formulations_agree(ends, family):
     full = state_at(ends, family, tolerance=1e-10)
@@ -158,7 +158,7 @@ def test_agrees_with_scipy_solve_bvp():
 def test_anything_but_the_family_is_said():
     with pytest.raises(ValueError, match="family: expected one of U, W, third mode, got 'V'"):
         state_at(Ends(15.0), "V")
-    with pytest.raises(ValueError, match="turns back at a fold, got 0.8"):
+    with pytest.raises(ValueError, match=r"turns back at a fold, got 0\.8"):
         state_at(Ends(30.0, shear=0.8))
     states, missing = planar_states(0.625, math.radians(89.0), 0.5)
     assert set(states) == {"U"}

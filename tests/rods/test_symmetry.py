@@ -4,8 +4,17 @@ import numpy as np
 import pytest
 
 from rodatlas.continuation import TraceOptions, solve, switch, trace
-from rodatlas.rods import Ends, index_of, is_symmetric, mirror_angle, mirror_shear, reverse, rod_problem, state_at
-from rodatlas.states import member
+from rodatlas.rods import (
+    Ends,
+    index_of,
+    is_symmetric,
+    mirror_angle,
+    mirror_shear,
+    pair_member,
+    reverse,
+    rod_problem,
+    state_at,
+)
 
 
 @pytest.fixture(scope="module")
@@ -41,7 +50,7 @@ def test_images_are_involutions(broken, image):
 
 def test_members_of_a_pair(broken):
     assert not is_symmetric(broken)
-    assert {member(broken), member(reverse(broken))} == {"+", "-"}
+    assert {pair_member(broken), pair_member(reverse(broken))} == {"+", "-"}
     assert is_symmetric(state_at(Ends(15.0, shear=0.4)))
 
 

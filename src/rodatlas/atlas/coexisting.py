@@ -6,12 +6,11 @@ from collections.abc import Iterable
 
 import numpy as np
 
-from rodatlas.atlas.follow import FREE
+from rodatlas.atlas.follow import state_at_shear
 from rodatlas.atlas.settings import SliceSettings
 from rodatlas.atlas.slice import Slice, State
-from rodatlas.continuation import MeshControl, NotConverged, Solution, TraceOptions, solve
-from rodatlas.plot.diagram import plus_member
-from rodatlas.rods.perfectly_anisotropic import rod_problem
+from rodatlas.continuation import Solution
+from rodatlas.rods.symmetry import plus_member
 
 ROUND = 0.005  # a chosen shear is a multiple of this where the range allows it
 
@@ -76,10 +75,5 @@ def state_at(state: State, shear: float, settings: SliceSettings) -> Solution | 
     near = sorted(state.solutions, key=lambda s: abs(s["dD"] - shear))
     if near[0]["dD"] == shear:
         return near[0]
-    options = TraceOptions(mesh=MeshControl(tolerance=settings.tolerance))
-    for guess in near[:2]:
-        try:
-            return solve(rod_problem(), guess.with_parameters(dD=shear), FREE, options)
-        except NotConverged:
-            continue
-    return None
+    solved = (state_at_shear(guess, shear, settings) for guess in near[:2])
+    return next((s for s in solved if s is not None), None)

@@ -26,7 +26,7 @@ from rodatlas.continuation import (
 from rodatlas.rods.perfectly_anisotropic import rod_problem
 from rodatlas.rods.planar import planar_states
 from rodatlas.rods.stability import morse_index_of
-from rodatlas.rods.symmetry import is_symmetric
+from rodatlas.rods.symmetry import is_symmetric, mirror_angle
 
 Progress = Callable[[str, int, int], None]
 """Called with (what is being done, branches finished, pieces of work known to be left)."""
@@ -99,6 +99,8 @@ def planar_seeds(settings: SliceSettings, say: _Reporter, frontier: Frontier) ->
     for name, ident in (("U", "U"), ("W", "W"), ("third mode", "M3")):
         if name in states:
             yield ident, states[name]
+    if settings.angle == 0.0 and "third mode" in states:
+        yield "M3i", mirror_angle(states["third mode"])  # the angle mirror maps the slice to itself
 
 
 def carried_seeds(
@@ -223,7 +225,7 @@ def _follow_side_branches(
             frontier.used.append(special)
             base_symmetric = is_symmetric(special.solution)
             if special.status is not Status.CONVERGED:
-                frontier.warnings.append(f"branch {parent.id}: {special!r} is only bracketed; its side branch is missing")
+                frontier.warnings.append(f"branch {parent.id}: {special!r}: its side branch is missing")
                 continue
             for side in (1, -1):
                 ident = f"{parent.id}.{number + 1}{'' if side == 1 else 'b'}"

@@ -4,12 +4,13 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from rodatlas.atlas.follow import BranchCache, Progress, state_at_shear
+from rodatlas.atlas.coexisting import state_at
+from rodatlas.atlas.follow import BranchCache, Progress
 from rodatlas.atlas.settings import SliceSettings
 from rodatlas.atlas.slice import Slice, compute_slice
 from rodatlas.continuation import Solution
-from rodatlas.rods.symmetry import reverse
-from rodatlas.states.names import NAMES, member
+from rodatlas.rods.symmetry import pair_member, reverse
+from rodatlas.states.names import NAMES
 
 
 def split_name(text: str) -> tuple[str, str]:
@@ -55,16 +56,10 @@ def reach(
             f"state: expected one that is stable at angle {settings.angle_deg:g} and shear {shear:g} ({there}), "
             f"got '{name}'" + (f", which is stable for shear {ranges}" if ranges else "")
         )
-    nearest = min(state.solutions, key=lambda s: abs(s["dD"] - shear))
-    solution = state_at_shear(nearest, shear, settings)
+    solution = state_at(state, shear, settings)
     if solution is None:
         raise ValueError(f"shear: expected a value at which the state can be solved for, got {shear:g}")
-    return (reverse_solved(solution) if sign and member(solution) != sign else solution), found
-
-
-def reverse_solved(solution: Solution) -> Solution:
-    """The other member of a pair, with the observables that the two share."""
-    return replace(reverse(solution), error=solution.error)
+    return (reverse(solution) if sign and pair_member(solution) != sign else solution), found
 
 
 def _covering(settings: SliceSettings, shear: float) -> SliceSettings:

@@ -55,7 +55,7 @@ class FolderCache(BranchCache):
 
     def _read_settings(self) -> dict[str, object] | None:
         try:
-            return json.loads((self.folder / SETTINGS).read_text())  # type: ignore[no-any-return]
+            return json.loads((self.folder / SETTINGS).read_text())
         except (OSError, ValueError):
             return None
 

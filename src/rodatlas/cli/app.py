@@ -20,7 +20,7 @@ app = typer.Typer(
 Angle = Annotated[str, typer.Option("--angle", help="Clamp angle psi0 in degrees, 0 <= angle < 90.")]
 Compression = Annotated[str, typer.Option(help="dL; the ends are 1 - dL apart along x.")]
 Poisson = Annotated[str, typer.Option(help="Poisson's ratio of the band.")]
-Tolerance = Annotated[str, typer.Option("--tol", help="Largest error at mesh points, relative to each unknown's scale.")]
+Tolerance = Annotated[str, typer.Option("--tol", help="Largest error at mesh points, relative to each unknown.")]
 
 
 @app.callback(invoke_without_command=True)
@@ -41,10 +41,10 @@ def slice_command(
     angle: Angle,
     compression: Compression = "0.5",
     poisson: Poisson = "0.25",
-    shear_max: Annotated[str, typer.Option(help="Largest shear dD; by default 0.82 at dL = 0.5, in proportion to the limit at others.")] = "",
+    shear_max: Annotated[str, typer.Option(help="Largest shear dD [default: 0.9469 of the limiting shear].")] = "",
     tol: Tolerance = "1e-8",
     out: Annotated[str, typer.Option(help="Folder for figures and data.")] = "out",
-    json_to: Annotated[str, typer.Option("--json", help="Also write the result as JSON to a file, or to - (stdout).")] = "",
+    json_to: Annotated[str, typer.Option("--json", help="Write the result as JSON to a file too, or to -.")] = "",
 ) -> None:
     """Follow all equilibria at one clamp angle as the shear varies: table, figures and data."""
     from rodatlas.cli.slice import run

@@ -64,7 +64,7 @@ def _json_target(text: str) -> Path | None:
     return path
 
 
-def _figures(found, folder: Path, stem: str) -> list[Path]:  # type: ignore[no-untyped-def]
+def _figures(found, folder: Path, stem: str) -> list[Path]:
     from rodatlas.atlas.coexisting import coexisting_states
     from rodatlas.plot.diagram import draw_slice_figure
     from rodatlas.plot.profiles import draw_profiles
@@ -75,27 +75,23 @@ def _figures(found, folder: Path, stem: str) -> list[Path]:  # type: ignore[no-u
     return written
 
 
-def _table(found) -> Table:  # type: ignore[no-untyped-def]
-    """Stable states: name, range of shear and of height, and what ends each."""
+def _table(found) -> Table:
+    """Stable states: name, range of shear, and what ends each."""
     table = Table(
         title=f"Stable states at angle {found.settings.angle_deg:g} deg, dL = {found.settings.compression:g}, "
         f"nu = {found.settings.poisson:g}"
     )
-    for name, side in (("state", "left"), ("shear", "right"), ("height", "right"), ("begins at", "left"),
-                       ("ends at", "left")):  # fmt: skip
-        table.add_column(name, justify=side)  # type: ignore[arg-type]
+    for name in ("state", "shear", "begins at", "ends at"):
+        table.add_column(name, no_wrap=True)
     for s in found.states:
-        table.add_row(
-            s.name, f"{s.low.shear:.5f} .. {s.high.shear:.5f}", f"{s.low.height:.5f} .. {s.high.height:.5f}",
-            _end_text(s.low), _end_text(s.high),
-        )  # fmt: skip
+        table.add_row(s.name, f"{s.low.shear: .5f} to {s.high.shear:.5f}", _end_text(s.low), _end_text(s.high))
     return table
 
 
-def _end_text(end) -> str:  # type: ignore[no-untyped-def]
+def _end_text(end) -> str:
     if end.kind == "range":
         return "range"
     if end.kind == "smooth":
-        return "smooth change of shape"
+        return "smooth"
     number_text = f" {end.number}" if end.number is not None else ""
     return f"{end.kind}{number_text}, {'snaps' if end.snap else 'no snap'}"

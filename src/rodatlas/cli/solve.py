@@ -40,7 +40,7 @@ def _target(text: str) -> Path:
     return path.with_suffix(".h5")
 
 
-def write_csv(path: Path, solution) -> None:  # type: ignore[no-untyped-def]
+def write_csv(path: Path, solution) -> None:
     """Unknowns at 201 equidistant s, with the parameters in comment lines."""
     s = np.linspace(0.0, 1.0, 201)
     head = [f"{k} = {v:.12g}" for k, v in zip(solution.parameter_names, solution.parameters, strict=True)]
@@ -49,7 +49,7 @@ def write_csv(path: Path, solution) -> None:  # type: ignore[no-untyped-def]
     np.savetxt(path, np.column_stack([s, solution(s)]), delimiter=",", header="\n".join(head), fmt="%.12g")
 
 
-def _table(name: str, solution) -> Table:  # type: ignore[no-untyped-def]
+def _table(name: str, solution) -> Table:
     from rodatlas.rods.stability import index_of
     from rodatlas.rods.state import RodState
 

@@ -124,8 +124,8 @@ def unresolved(segment: Segment, events: list[Located], options: TraceOptions, t
     """Whether a shorter step should tell more.
 
     It should when several folds or branch points crowd on the segment, when it jumps a gap between two curves, when
-    the turns of the parameter do not add up, when the parameter may have turned twice, when an event lies beyond a bound, and (down to an eighth of the
-    step tried first) when one was not located.
+    the turns of the parameter do not add up, when the parameter may have turned twice, when an event lies beyond a
+    bound, and (down to an eighth of the step tried first) when one was not located.
     """
     if sum(not e.is_zero for e in events) > 1 or any(e.gap for e in events):
         return True

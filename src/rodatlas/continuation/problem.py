@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from rodatlas.continuation.sparsity import Sparsity, strong_components
+from rodatlas.continuation.sparsity import strong_components
 
 
 class Named:
@@ -204,11 +204,6 @@ class BVP:
                 f"boundary: expected at least {self.size - self.n_integral} conditions for {self.size} unknowns, "
                 f"got {self.n_boundary}"
             )
-
-    @property
-    def jacobian_sparsity(self) -> Sparsity:
-        """Nonzeros of f_u and its strongly connected components."""
-        return self.sparsity
 
     def observable_slots(self) -> dict[str, tuple[str, int]]:
         """Place of each observable: ('integral' or 'end', row behind the conditions of that kind)."""

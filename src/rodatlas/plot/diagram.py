@@ -14,12 +14,12 @@ from rodatlas.plot.placement import to_points
 from rodatlas.plot.protocols import SliceLike, StateLike
 from rodatlas.plot.render import DISPLAY_WIDTH, draw_triad, render_band
 from rodatlas.plot.style import ONE_COLUMN, TWO_COLUMN, color_of, label_of, new_figure, styled
+from rodatlas.rods.symmetry import plus_member
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-    from rodatlas.continuation import Solution
 
 DIAGRAM, STRIP = 3.2, 1.1  # heights in inches: of the diagram itself, and of a strip of drawings
 LEFT, RIGHT, BOTTOM, TOP = 0.62, 0.06, 0.58, 0.26
@@ -88,21 +88,6 @@ def draw_slice_figure(slice_: SliceLike, width: float = DISPLAY_WIDTH) -> Figure
         _draw_notes(fig, layout, states, width)
         fig.draw_without_rendering()
     return fig
-
-
-def plus_member(solution: Solution) -> Solution:
-    """The member + of a +/- pair, the solution or its reversal: the one with more bending energy in the half s > 1/2.
-
-    Where both halves have the same (S+-, whose k1 is odd about the middle): the one with the larger k1 in s > 1/2.
-    """
-    from rodatlas.rods.symmetry import reverse
-
-    k1 = solution.stages[..., solution.unknowns.index("k1")]
-    arm = solution.gauss_points() - 0.5
-    moment = solution.mean(arm * k1**2)
-    if abs(moment) < 1e-5 * solution.mean(k1**2):
-        moment = solution.mean(arm * k1)
-    return solution if moment >= 0 else reverse(solution)
 
 
 def _one_of_each(states: Sequence[StateLike]) -> list[StateLike]:

@@ -8,10 +8,18 @@ from rodatlas.rods.planar import planar_states
 from rodatlas.rods.reach import state_at
 from rodatlas.rods.stability import index_of
 from rodatlas.rods.state import RodState
-from rodatlas.rods.symmetry import asymmetry, is_symmetric, mirror_angle, mirror_shear, reverse
+from rodatlas.rods.symmetry import (
+    asymmetry,
+    is_symmetric,
+    mirror_angle,
+    mirror_shear,
+    pair_member,
+    plus_member,
+    reverse,
+)
 
 __all__ = [
     "Band", "Ends", "IndexResult", "RodState", "asymmetry", "bending_ratio", "from_reduced", "index_nodes", "index_of",
-    "is_symmetric", "limiting_shear", "mirror_angle", "mirror_shear", "morse_index", "planar_states",
-    "reduced_problem", "reverse", "rod_problem", "state_at", "to_reduced",
+    "is_symmetric", "limiting_shear", "mirror_angle", "mirror_shear", "morse_index", "pair_member", "planar_states",
+    "plus_member", "reduced_problem", "reverse", "rod_problem", "state_at", "to_reduced",
 ]  # fmt: skip

@@ -123,8 +123,8 @@ def from_reduced(solution: Solution) -> Solution:
         return np.concatenate([body_force, body_moment[..., 1:2], strains, u], axis=-1)
 
     return replace(
-        solution, unknowns=UNKNOWNS, parameter_names=("a", "psi0", "dL", "dD"), parameters=solution.parameters[:4].copy(),
-        values=extended(solution.values), stages=extended(solution.stages),
+        solution, unknowns=UNKNOWNS, parameter_names=solution.parameter_names[:4],
+        parameters=solution.parameters[:4].copy(), values=extended(solution.values), stages=extended(solution.stages),
     )  # fmt: skip
 
 

@@ -60,7 +60,8 @@ def planar_states(
             missing = ", ".join(n for n in PLANAR if n not in found)
             if branch and branch.ends[1] is EndReason.FOLD_LIMIT:
                 return found, f"{missing}: the curve of planar states turns back before it reaches this angle"
-            return found, f"{missing}: {branch.ends[1].value if branch else 'no path'} at {parameter} = {here[parameter]:.6g}"
+            why = branch.ends[1].value if branch else "no path"
+            return found, f"{missing}: {why} at {parameter} = {here[parameter]:.6g}"
         if name:
             state = mirror_angle(here) if name != "U" else here
             found[name] = solve(rod_problem(), state, ("dD",), options)

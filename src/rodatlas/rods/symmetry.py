@@ -50,12 +50,12 @@ def reverse(solution: Solution) -> Solution:
 
 def mirror_angle(solution: Solution) -> Solution:
     """The solution with psi0 -> -psi0 and y -> -y (a state of the W family from one of the U family)."""
-    return _mirrored(solution, "angle", "psi0")
+    return _mirrored(solution, "angle", "psi0", "height")
 
 
 def mirror_shear(solution: Solution) -> Solution:
     """The solution with dD -> -dD and z -> -z."""
-    out = _mirrored(solution, "shear", "dD")
+    out = _mirrored(solution, "shear", "dD", "end_force_z")
     order = list(range(len(out.unknowns)))
     for one, two in (("q0", "q2"), ("q1", "q3")):
         i, j = out.unknowns.index(one), out.unknowns.index(two)
@@ -77,14 +77,34 @@ def is_symmetric(solution: Solution, tolerance: float = 1e-5) -> bool:
     return asymmetry(solution) < tolerance
 
 
+def pair_member(solution: Solution) -> str:
+    """'+' or '-' of a reversal-broken state: + has more bending energy in the half s > 1/2.
+
+    Where both halves have the same (S+-, whose k1 is odd about the middle), + has the larger k1 there.
+    """
+    k1 = solution.stages[..., solution.unknowns.index("k1")]
+    arm = solution.gauss_points() - 0.5
+    moment = solution.mean(arm * k1**2)
+    if abs(moment) < 1e-5 * solution.mean(k1**2):
+        moment = solution.mean(arm * k1)
+    return "+" if moment >= 0 else "-"
+
+
+def plus_member(solution: Solution) -> Solution:
+    """The member + of a pair: the solution or its reversal."""
+    return solution if pair_member(solution) == "+" else reverse(solution)
+
+
 def _signed(values: np.ndarray, unknowns: tuple[str, ...], kind: str) -> np.ndarray:
     signs = np.array([_SIGNS[kind].get(name, 1) for name in unknowns], dtype=float)
     return values * signs
 
 
-def _mirrored(solution: Solution, kind: str, parameter: str) -> Solution:
+def _mirrored(solution: Solution, kind: str, parameter: str, odd: str) -> Solution:
+    """Flip one parameter, the tabulated unknowns and the observable that is odd under the mirror."""
     flipped = solution.with_parameters(**{parameter: 0.0 - solution.parameter(parameter)})
+    observables = {k: -v if k == odd else v for k, v in solution.observables.items()}
     return replace(
         flipped, values=_signed(solution.values, solution.unknowns, kind),
-        stages=_signed(solution.stages, solution.unknowns, kind), observables={},
+        stages=_signed(solution.stages, solution.unknowns, kind), observables=observables,
     )  # fmt: skip

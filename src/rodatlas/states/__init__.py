@@ -1,5 +1,5 @@
 """States at one setting: their names."""
 
-from rodatlas.states.names import NAMES, member, name_parts
+from rodatlas.states.names import NAMES, name_parts
 
-__all__ = ["NAMES", "member", "name_parts"]
+__all__ = ["NAMES", "name_parts"]

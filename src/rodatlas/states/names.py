@@ -10,7 +10,7 @@ A stable segment is a stretch of a branch on which every state is stable. The ru
   U, w and uUui (the paper's U-w and U-w-uUui); the cuts are ends of kind 'smooth';
 * reversal-broken: `US+-` above the clamp plane, `WS+-` below it, `S+-` at height zero (only at psi0 = 0).
 
-The member + of a pair is the one with more bending energy in the half s > 1/2.
+The members of a pair are told apart by :func:`rodatlas.rods.symmetry.pair_member`.
 """
 
 from __future__ import annotations
@@ -67,9 +67,3 @@ def _dimpled(bend: np.ndarray, last: int) -> list[tuple[str, int, int]]:
     if deepest < last - 1:
         return [*parts, ("w", over, deepest), ("uUui", deepest, last)]
     return [*parts, ("w", over, last)]
-
-
-def member(solution: Solution) -> str:
-    """'+' or '-' of a reversal-broken state: where the bending energy sits."""
-    k1 = solution.stages[..., solution.unknowns.index("k1")]
-    return "+" if solution.mean((solution.gauss_points() - 0.5) * k1**2) > 0 else "-"
