@@ -124,7 +124,7 @@ def unresolved(segment: Segment, events: list[Located], options: TraceOptions, t
     """Whether a shorter step should tell more.
 
     It should when several folds or branch points crowd on the segment, when it jumps a gap between two curves, when
-    the turns of the parameter do not add up, when the parameter may have turned twice, when an event lies beyond a
+    the turns of the parameter do not add up, when two folds or two branch points may hide on it, when an event lies beyond a
     bound, and (down to an eighth of the step tried first) when one was not located.
     """
     if sum(not e.is_zero for e in events) > 1 or any(e.gap for e in events):
@@ -135,6 +135,8 @@ def unresolved(segment: Segment, events: list[Located], options: TraceOptions, t
     if any(e.special.status is Status.BRACKETED for e in events) and segment.step > tried / 8:
         return True
     if "fold" in options.locate and may_turn_twice(segment):
+        return True
+    if "branch point" in options.locate and may_be_singular_twice(segment):
         return True
     return any(_outside(e.special, segment, options) for e in events)
 
@@ -157,6 +159,24 @@ def may_turn_twice(segment: Segment) -> bool:
         return False
     extremum = left - start**2 / (4 * bend)
     return bool(extremum / left < 0.5 * min(1.0, right / left))
+
+
+def may_be_singular_twice(segment: Segment) -> bool:
+    """Whether two branch points may hide on a segment at whose ends the determinant has the same sign.
+
+    The smallest singular value at the point before and at both ends is interpolated by a parabola; it is suspicious
+    when that has a minimum on the segment at less than half of the values at the ends.
+    """
+    before, left, right = segment.left.weakness_before, segment.left.weakness, segment.right.weakness
+    if segment.left.branch_test[0] * segment.right.branch_test[0] <= 0 or not np.isfinite([before, left, right]).all():
+        return False
+    h0, h1 = segment.left.previous_step, segment.step
+    slope_before, slope = (left - before) / h0, (right - left) / h1
+    bend = (slope - slope_before) / (h0 + h1)
+    start = slope - bend * h1
+    if bend <= 0.0 or not 0.0 < -start / (2 * bend) < h1:
+        return False
+    return bool(left - start**2 / (4 * bend) < 0.5 * min(left, right))
 
 
 def _outside(special: SpecialPoint, segment: Segment, options: TraceOptions) -> bool:

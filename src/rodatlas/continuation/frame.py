@@ -21,7 +21,8 @@ class Frame:
     """State x and unit tangent t on a discretisation, with what was learnt in reaching it.
 
     `branch_test` is sign and log|det| of the bordered matrix; `previous` and `previous_step` serve the quadratic
-    predictor; `error` is the last error estimate.
+    predictor; `error` is the last error estimate. `weakest` approximates the direction in which the bordered matrix is
+    nearest to singular, `weakness` is its singular value there, `weakness_before` that of the point before.
     """
 
     colloc: Collocation
@@ -31,6 +32,9 @@ class Frame:
     previous: Columns | None = None
     previous_step: float = 1.0
     error: float = float("nan")
+    weakest: Columns | None = None
+    weakness: float = float("nan")
+    weakness_before: float = float("nan")
 
     @property
     def parameter(self) -> float:
@@ -50,12 +54,16 @@ class Frame:
     def reached(self, state: Columns, fac: Factorization, step: float) -> Frame:
         """The frame at a corrected state, whose last matrix was bordered with this frame's tangent."""
         t = unit_tangent(self.colloc, fac, self.tangent)
-        return Frame(self.colloc, state, t, (fac.sign, fac.log_det), self.tangent, step, self.error)
+        vector, value = smallest_singular(self.colloc, fac, self.weakest)
+        return Frame(
+            self.colloc, state, t, (fac.sign, fac.log_det), self.tangent, step, self.error, vector, value, self.weakness
+        )
 
     def reversed(self) -> Frame:
         """The same point, looking the other way."""
         sign, log_det = self.branch_test
-        return replace(self, tangent=scaled(self.tangent, -1.0), branch_test=(-sign, log_det), previous=None)
+        turned = scaled(self.tangent, -1.0)
+        return replace(self, tangent=turned, branch_test=(-sign, log_det), previous=None, weakness_before=float("nan"))
 
     def on_mesh(self, mesh: np.ndarray) -> Frame:
         """The frame interpolated on another mesh; the state is to be corrected there."""
@@ -64,14 +72,47 @@ class Frame:
             old.bvp, mesh, old.scheme.points, old.base, list(old.free), old.scale, old.backend
         )  # fmt: skip
         carry = old.carrier(new)
-        previous = carry(self.previous) if self.previous is not None else None
-        return replace(self, colloc=new, x=carry(self.x), tangent=carry(self.tangent), previous=previous)
+        previous, weakest = (carry(v) if v is not None else None for v in (self.previous, self.weakest))
+        return replace(
+            self, colloc=new, x=carry(self.x), tangent=carry(self.tangent), previous=previous, weakest=weakest
+        )
 
 
 def unit_tangent(colloc: Collocation, fac: Factorization, along: Columns) -> Columns:
     """Unit tangent with <tangent, along> > 0 from a matrix bordered with `along`."""
     v = fac.solve(colloc.right_hand_side(None, [colloc.row(along)], [1.0]))
     return scaled(v, 1.0 / colloc.norm(v))
+
+
+def smallest_singular(
+    colloc: Collocation, fac: Factorization, guess: Columns | None
+) -> tuple[Columns | None, float]:
+    r"""Smallest singular value of the bordered matrix, and its right vector, by inverse iteration.
+
+    Norms are those of functions on both sides (residuals of the equations per unit length), so the value does not
+    depend on the mesh. One iteration from the vector of a neighbouring point is enough to follow it.
+    """
+    if fac.sign == 0.0:
+        return guess, 0.0
+    x, passes = guess, 1
+    if x is None:
+        rng, shape = np.random.default_rng(11), (*colloc.gauss.shape, len(colloc.scale.unknowns))
+        wave = rng.normal(size=(2, shape[2]))
+        stage = wave[0] + np.cos(np.pi * colloc.gauss)[..., None] * wave[1]
+        x = Columns(stage, np.zeros((len(colloc.mesh), shape[2])), rng.normal(size=len(colloc.free)))
+        x, passes = scaled(x, 1.0 / colloc.norm(x)), 3
+    per_length = (colloc.step[:, None] / colloc.scheme.weights)[..., None]
+    value = float("nan")
+    for _ in range(passes):
+        row = colloc.row(x)
+        assert row.stage is not None
+        left = fac.solve_transposed(Columns(row.stage, np.zeros_like(x.mesh), row.scalars))
+        y = fac.solve(Blocks(per_length * left.stage, np.zeros_like(left.chain), left.ends, left.dense))
+        overlap, size = row.dot(y), colloc.norm(y)
+        if not (overlap > 0 and np.isfinite(size)):
+            return guess, 0.0
+        value, x = float(1.0 / np.sqrt(overlap)), scaled(y, 1.0 / size)
+    return x, value
 
 
 def first_frame(
