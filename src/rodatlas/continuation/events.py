@@ -199,14 +199,12 @@ def _locate_fold(segment: Segment, options: TraceOptions) -> Located:
 
 
 def _locate_branch_point(segment: Segment, options: TraceOptions) -> Located:
-    (sa, la), (sb, lb) = segment.left.branch_test, segment.right.branch_test
-    top = max(la, lb)
-    a, b = float(sa * np.exp(la - top)), float(sb * np.exp(lb - top))
+    a, b = (frame.branch_test[0] * frame.weakness for frame in (segment.left, segment.right))
 
     def attempt(x: Columns, t: Columns) -> Augmented:
         return solve_branch_point(segment.colloc, x, t)
 
-    guess = float(np.clip(a / (a - b), 0.05, 0.95))
+    guess = float(np.clip(a / (a - b), 0.05, 0.95)) if np.isfinite(a - b) and a != b else 0.5
     found, tangent, bracket, spent = _attempts(segment, options, attempt, lambda frame: frame.branch_test[0], guess)
     return _record(segment, options, "branch point", found, tangent, (a, b), bracket, spent)
 

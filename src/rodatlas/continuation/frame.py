@@ -188,11 +188,12 @@ def with_tests(frame: Frame) -> Frame:
     return replace(frame, branch_test=(fac.sign, fac.log_det))
 
 
-def adapted(frame: Frame, options: TraceOptions) -> tuple[Frame, int]:
+def adapted(frame: Frame, options: TraceOptions, correct: bool) -> tuple[Frame, int]:
     """Move the mesh, and change its size, to follow the solution; returns the frame and Newton iterations spent.
 
-    The old frame comes back when the correction on the new mesh fails, or when it would carry the point across a
-    fold. A branch point crossed by the small change of the solution is left to the next step: the old sign is kept.
+    Along a branch the next step corrects the interpolation, whose error is far below that of a predictor. With
+    `correct` the frame is corrected here; the old frame comes back when that fails, or when it would carry the point
+    across a fold.
     """
     control = options.mesh
     colloc = frame.colloc
@@ -204,6 +205,9 @@ def adapted(frame: Frame, options: TraceOptions) -> tuple[Frame, int]:
         intervals = wanted_intervals(control, intervals, estimate)
     mesh = equidistribute(colloc.mesh, monitor(colloc, frame.x), intervals)
     moved = frame.on_mesh(mesh)
+    carried = error * max(1.0, len(colloc.step) / intervals) ** (2 * colloc.scheme.points)  # on fewer intervals
+    if not correct:
+        return replace(moved, error=carried), spent
     result = newton(moved.colloc, moved.x, [plane(moved.colloc, moved.tangent, moved.x)], options.newton)
     spent += len(result.corrections)
     if not result.converged or result.factorization is None:
@@ -211,7 +215,6 @@ def adapted(frame: Frame, options: TraceOptions) -> tuple[Frame, int]:
     t = unit_tangent(moved.colloc, result.factorization, moved.tangent)
     if t.scalars[0] * frame.fold_test < 0:
         return replace(frame, error=error), spent
-    error *= max(1.0, len(colloc.step) / intervals) ** (2 * colloc.scheme.points)  # on fewer intervals
     sign = frame.branch_test[0] or result.factorization.sign
     tests = (sign, result.factorization.log_det)
-    return replace(moved, x=result.state, tangent=t, error=error, branch_test=tests), spent
+    return replace(moved, x=result.state, tangent=t, error=carried, branch_test=tests), spent

@@ -149,7 +149,7 @@ def switch(
     found = _step_off(origin, options, first_step or options.step.initial)
     if found is None:
         return None
-    frame, step = adapted(found[0], options)[0], found[1]
+    frame, step = adapted(found[0], options, correct=True)[0], found[1]
     first = Point(at.solution, 0.0, origin.tangent.scalars.copy(), origin.fold_test, 0.0)
     branch = follow(frame, options, both=False, start=EndReason.BRANCH_POINT, arclength=step)
     if any(not low <= branch.points[0].solution[name] <= high for name, (low, high) in options.bounds.items()):

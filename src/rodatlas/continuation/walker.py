@@ -263,7 +263,7 @@ class Walker:
 
     def _adapt(self) -> None:
         control, before = self.options.mesh, len(self.frame.colloc.step)
-        self.frame, spent = adapted(self.frame, self.options)
+        self.frame, spent = adapted(self.frame, self.options, correct=False)
         self.newton_iterations += spent
         at_limit = before >= control.intervals[1] and not control.is_fixed_size
         if at_limit and self.frame.error > 10 * control.tolerance:
@@ -282,7 +282,7 @@ def settled(frame: Frame, options: TraceOptions, passes: int = 6) -> Frame:
     value = float(frame.colloc.parameters(frame.x)[frame.colloc.free[0]])
     for _ in range(passes):
         before = len(frame.colloc.step)
-        frame, _ = adapted(frame, options)
+        frame, _ = adapted(frame, options, correct=True)
         if options.mesh.is_fixed_size or (
             len(frame.colloc.step) == before and frame.error <= options.mesh.tolerance
         ):
