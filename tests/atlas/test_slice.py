@@ -162,3 +162,11 @@ def test_other_members_and_names():
             split_name(wrong)
     with pytest.raises(ValueError, match=r"stable at angle 15 and shear 0.2 \(U, W\), got 'uUu', which is stable for"):
         reach(SliceSettings(15.0), "uUu", 0.2)
+
+
+def test_smooth_cuts_do_not_depend_on_the_steps(slice_30):
+    """U becomes w exactly where k1(1/2) = 0."""
+    w = slice_30.state("w", 0.625)
+    assert abs(w.low.solution(0.5, "k1")[0]) < 1e-6
+    coarse = compute_slice(SliceSettings(30.0, tolerance=1e-6), carry=False)
+    assert abs(coarse.state("w", 0.625).low.shear - w.low.shear) < 1e-6

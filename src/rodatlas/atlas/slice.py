@@ -6,6 +6,7 @@ import time
 from dataclasses import dataclass, replace
 from typing import Any
 
+from rodatlas.atlas.cuts import cut_segment
 from rodatlas.atlas.follow import BranchCache, Followed, Frontier, Progress, follow_slice, same_state
 from rodatlas.atlas.numbering import ENDS, number_neighbours
 from rodatlas.atlas.segments import Bound, Segment, stable_segments
@@ -142,7 +143,7 @@ def compute_slice(
     segments = [s for b in branches for s in stable_segments(b.followed, _origin(b.followed, branches))]
     parts = [(segment, name_parts(segment.solutions, segment.followed.symmetric)) for segment in segments]
     branches = _numbered(branches, parts)
-    states = [state for segment, names in parts for state in _states(segment, names, branches)]
+    states = [state for segment, names in parts for state in _states(segment, names, branches, settings)]
     states.sort(key=lambda s: (NAMES.index(s.name), s.low.shear))
     return Slice(settings, tuple(branches), tuple(states), tuple(frontier.warnings), time.perf_counter() - start)
 
@@ -238,16 +239,17 @@ def _numbered(
     return out
 
 
-def _states(segment: Segment, names: list[tuple[str, int, int]], branches: list[SliceBranch]) -> list[State]:
+def _states(
+    segment: Segment, names: list[tuple[str, int, int]], branches: list[SliceBranch], settings: SliceSettings
+) -> list[State]:
     solutions = segment.solutions
+    parts = cut_segment(solutions, names, settings) if len(names) > 1 else [solutions]
     path = "-".join(name for name, _, _ in names)
     states = []
-    for k, (name, first, last) in enumerate(names):
-        low = _end(segment.low, branches) if k == 0 else StateEnd("smooth", solutions[first])
-        high = _end(segment.high, branches) if k == len(names) - 1 else StateEnd("smooth", solutions[last])
-        states.append(
-            State(name, segment.followed.id, segment.followed.pair, path, tuple(solutions[first : last + 1]), low, high)
-        )
+    for k, ((name, _, _), part) in enumerate(zip(names, parts, strict=True)):
+        low = _end(segment.low, branches) if k == 0 else StateEnd("smooth", part[0])
+        high = _end(segment.high, branches) if k == len(names) - 1 else StateEnd("smooth", part[-1])
+        states.append(State(name, segment.followed.id, segment.followed.pair, path, tuple(part), low, high))
     return states
 
 
