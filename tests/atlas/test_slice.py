@@ -11,11 +11,6 @@ from rodatlas.continuation import Status
 from rodatlas.rods import index_of
 
 
-@pytest.fixture(scope="module")
-def slice_30():
-    return compute_slice(SliceSettings(30.0))
-
-
 def events(slice_, number):
     """Events of a number; one pitchfork may be met by two branches."""
     return [e for b in slice_.branches for e in b.events if e.number == number]

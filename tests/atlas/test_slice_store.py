@@ -46,6 +46,8 @@ def test_other_settings_start_afresh(tmp_path, slice_15):
     cache = FolderCache(tmp_path, settings)
     cache.put("U", slice_15.branches[0].followed.branch)
     assert len(FolderCache(tmp_path, settings)) == 1
+    assert len(FolderCache(tmp_path, settings, fresh=True)) == 0
+    cache.put("U", slice_15.branches[0].followed.branch)
     assert len(FolderCache(tmp_path, SliceSettings(15.0, poisson=0.3))) == 0
 
 

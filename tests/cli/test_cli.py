@@ -1,6 +1,7 @@
 """The command line: one line and exit code 2 for wrong input, JSON on stdout alone, files that can be read back."""
 
 import json
+import signal
 import subprocess
 import sys
 
@@ -84,6 +85,24 @@ def test_slice_prints_json_alone_and_writes_figures(capsys, tmp_path):
     code, _, err = run(capsys, "slice", "--angle", "15", "--out", str(tmp_path))
     assert code == 2
     assert "U.h5: expected" in err.splitlines()[-1]
+
+
+def test_an_interrupt_keeps_what_is_finished(tmp_path):
+    command = [sys.executable, "-m", "rodatlas", "slice", "--angle", "15", "--out", str(tmp_path)]
+    running = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+    for line in running.stderr:
+        if "branch W" in line:
+            running.send_signal(signal.SIGINT)
+            break
+    _, err = running.communicate(timeout=60)
+    assert running.returncode == 130
+    assert "finished branches are kept" in err
+    assert "Traceback" not in err
+    kept = len(list((tmp_path / "slice-15").glob("*.h5")))
+    assert kept >= 3
+    done = subprocess.run(command, capture_output=True, text=True, check=True)
+    assert f"resuming: {kept} finished branches" in done.stderr
+    assert "branch U\n" not in done.stderr
 
 
 def test_help_loads_nothing_heavy():

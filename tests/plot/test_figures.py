@@ -188,3 +188,13 @@ def test_isotonic_is_the_nearest_increasing_sequence():
     assert isotonic(np.array([1.0, 3.0, 2.0, 4.0])) == pytest.approx([1.0, 2.5, 2.5, 4.0])
     assert isotonic(np.array([3.0, 2.0, 1.0])) == pytest.approx([2.0, 2.0, 2.0])
     assert len(isotonic(np.empty(0))) == 0
+
+
+def test_every_stable_stretch_belongs_to_a_named_state(slice_30):
+    """Where U becomes w between two computed points, the curve is cut exactly there."""
+    from rodatlas.plot.curves import slice_stretches
+
+    stable = [x for x in slice_stretches(slice_30) if x.stable]
+    assert {x.name for x in stable} == {s.name for s in slice_30.states}
+    u = next(x for x in stable if x.name == "U")
+    assert u.xy[:, 0].max() == slice_30.state("U", 0.2).high.shear

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from itertools import pairwise
 
 from rodatlas.atlas.follow import state_at_shear
 from rodatlas.atlas.settings import SliceSettings
@@ -21,7 +22,7 @@ def cut_segment(
     points.
     """
     cuts = []
-    for (name, _, _), (_, at, _) in zip(names[:-1], names[1:], strict=True):
+    for (name, _, _), (_, at, _) in pairwise(names):
         low, high = solutions[max(at - 1, 0)], solutions[min(at + (name == "w"), len(solutions) - 1)]
         find = _least if name == "w" else _zero
         cuts.append(find(low, high, solutions[at], settings))

@@ -21,6 +21,7 @@ class FolderCache(BranchCache):
     ----------
     folder : made when missing.
     settings : everything that decides the numbers; written to `settings.json` beside the branches.
+    fresh : remove what is there in any case.
 
     Raises
     ------
@@ -28,12 +29,12 @@ class FolderCache(BranchCache):
         when the folder cannot be written.
     """
 
-    def __init__(self, folder: Path, settings: SliceSettings):
+    def __init__(self, folder: Path, settings: SliceSettings, fresh: bool = False):
         self.folder = folder
         wanted = {"rodatlas": __version__, **settings.as_dict()}
         try:
             folder.mkdir(parents=True, exist_ok=True)
-            if self._read_settings() != wanted:
+            if fresh or self._read_settings() != wanted:
                 for old in folder.glob("*.h5"):
                     old.unlink()
                 write_text(folder / SETTINGS, json.dumps(wanted, indent=1) + "\n")

@@ -44,12 +44,13 @@ def slice_command(
     shear_max: Annotated[str, typer.Option(help="Largest shear dD [default: 0.9469 of the limiting shear].")] = "",
     tol: Tolerance = "1e-8",
     out: Annotated[str, typer.Option(help="Folder for figures and data.")] = "out",
+    fresh: Annotated[bool, typer.Option("--fresh", help="Compute everything again, even what the folder has.")] = False,
     json_to: Annotated[str, typer.Option("--json", help="Write the result as JSON to a file too, or to -.")] = "",
 ) -> None:
     """Follow all equilibria at one clamp angle as the shear varies: table, figures and data."""
     from rodatlas.cli.slice import run
 
-    run(angle, compression, poisson, shear_max, tol, out, json_to)
+    run(angle, compression, poisson, shear_max, tol, out, json_to, fresh)
 
 
 @app.command("solve")

@@ -5,15 +5,20 @@ from __future__ import annotations
 import json
 import sys
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from rich.console import Console
 from rich.table import Table
 
 from rodatlas.cli.common import progress_bar, settings_from, writable_folder
 
+if TYPE_CHECKING:
+    from rodatlas.atlas.settings import SliceSettings
+    from rodatlas.atlas.slice import Slice, StateEnd
+
 
 def run(
-    angle: str, compression: str, poisson: str, shear_max: str, tol: str, out: str, json_to: str
+    angle: str, compression: str, poisson: str, shear_max: str, tol: str, out: str, json_to: str, fresh: bool
 ) -> None:
     """The command; texts come as typed and are checked here."""
     settings = settings_from(angle, compression, poisson, tol, shear_max)
@@ -22,8 +27,8 @@ def run(
     from rodatlas.atlas.slice import compute_slice
     from rodatlas.atlas.store import FolderCache, write_text
 
-    stem = f"slice-{settings.angle_deg:g}"
-    cache = FolderCache(folder / stem, settings)
+    stem = _stem(settings)
+    cache = FolderCache(folder / stem, settings, fresh)
     if len(cache):
         print(f"resuming: {len(cache)} finished branches in {cache.folder}", file=sys.stderr)
     try:
@@ -53,6 +58,13 @@ def run(
         write_text(json_file, text)
 
 
+def _stem(settings: SliceSettings) -> str:
+    """Name of the files: the angle, and what differs from dL = 1/2 and nu = 1/4."""
+    other = f"-dL{settings.compression:g}" if settings.compression != 0.5 else ""
+    other += f"-nu{settings.poisson:g}" if settings.poisson != 0.25 else ""
+    return f"slice-{settings.angle_deg:g}{other}"
+
+
 def _json_target(text: str) -> Path | None:
     """The file for --json, checked before any work is done."""
     if text in ("", "-"):
@@ -64,7 +76,7 @@ def _json_target(text: str) -> Path | None:
     return path
 
 
-def _figures(found, folder: Path, stem: str) -> list[Path]:
+def _figures(found: Slice, folder: Path, stem: str) -> list[Path]:
     from rodatlas.atlas.coexisting import coexisting_states
     from rodatlas.plot.diagram import draw_slice_figure
     from rodatlas.plot.profiles import draw_profiles
@@ -75,7 +87,7 @@ def _figures(found, folder: Path, stem: str) -> list[Path]:
     return written
 
 
-def _table(found) -> Table:
+def _table(found: Slice) -> Table:
     """Stable states: name, range of shear, and what ends each."""
     table = Table(
         title=f"Stable states at angle {found.settings.angle_deg:g} deg, dL = {found.settings.compression:g}, "
@@ -88,7 +100,7 @@ def _table(found) -> Table:
     return table
 
 
-def _end_text(end) -> str:
+def _end_text(end: StateEnd) -> str:
     if end.kind == "range":
         return "range"
     if end.kind == "smooth":

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 from rich.console import Console
@@ -10,6 +11,9 @@ from rich.table import Table
 
 from rodatlas.cli.common import number, progress_bar, settings_from, writable_folder
 from rodatlas.rods.ends import Ends
+
+if TYPE_CHECKING:
+    from rodatlas.continuation import Solution
 
 
 def run(angle: str, shear: str, state: str, out: str, compression: str, poisson: str, tol: str) -> None:
@@ -40,7 +44,7 @@ def _target(text: str) -> Path:
     return path.with_suffix(".h5")
 
 
-def write_csv(path: Path, solution) -> None:
+def write_csv(path: Path, solution: Solution) -> None:
     """Unknowns at 201 equidistant s, with the parameters in comment lines."""
     s = np.linspace(0.0, 1.0, 201)
     head = [f"{k} = {v:.12g}" for k, v in zip(solution.parameter_names, solution.parameters, strict=True)]
@@ -49,7 +53,7 @@ def write_csv(path: Path, solution) -> None:
     np.savetxt(path, np.column_stack([s, solution(s)]), delimiter=",", header="\n".join(head), fmt="%.12g")
 
 
-def _table(name: str, solution) -> Table:
+def _table(name: str, solution: Solution) -> Table:
     from rodatlas.rods.stability import index_of
     from rodatlas.rods.state import RodState
 

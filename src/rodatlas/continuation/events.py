@@ -124,8 +124,8 @@ def unresolved(segment: Segment, events: list[Located], options: TraceOptions, t
     """Whether a shorter step should tell more.
 
     It should when several folds or branch points crowd on the segment, when it jumps a gap between two curves, when
-    the turns of the parameter do not add up, when two folds or two branch points may hide on it, when an event lies beyond a
-    bound, and (down to an eighth of the step tried first) when one was not located.
+    the turns of the parameter do not add up, when two folds or two branch points may hide on it, when an event lies
+    beyond a bound, and (down to an eighth of the step tried first) when one was not located.
     """
     if sum(not e.is_zero for e in events) > 1 or any(e.gap for e in events):
         return True
@@ -145,8 +145,8 @@ def may_turn_twice(segment: Segment) -> bool:
     """Whether two folds may hide on a segment at whose ends the parameter changes in the same direction.
 
     Values and slopes of the parameter at both ends give its slope in the middle (cubic Hermite interpolation); it is
-    suspicious when the parabola through the three slopes has an extremum on the
-    segment where it falls below half of the slopes at the ends.
+    suspicious when the parabola through the three slopes has an extremum on the segment where it falls below half of
+    the slopes at the ends.
     """
     left, right = segment.fold_tests
     if left * right <= 0:

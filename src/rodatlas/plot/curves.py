@@ -75,7 +75,10 @@ def branch_stretches(b: SliceBranchLike, states: Sequence[StateLike]) -> list[St
         name = names.get((one.place, two.place))
         step = xy[k * SAMPLES : (k + 1) * SAMPLES + 1]
         first, last = _index_after(one, two), _index_before(one, two)
-        if name is None and (first == 0) != (last == 0):  # the index changes with no event: cut half-way
+        cuts = _cuts_between(one.place, two.place, names) if name is None else []
+        if cuts:
+            pieces += _pieces(step, [one.place, *cuts, two.place], names)
+        elif name is None and (first == 0) != (last == 0):  # the index changes with no event: cut half-way
             middle = SAMPLES // 2
             pieces += [(step[: middle + 1], first == 0, None), (step[middle:], last == 0, None)]
         else:
@@ -184,6 +187,27 @@ def _names_of_steps(ident: str, states: Sequence[StateLike]) -> dict[tuple[_Plac
         for one, two in pairwise(keys):
             names[one, two] = names[two, one] = state.name
     return names
+
+
+def _cuts_between(one: _Place, two: _Place, names: dict[tuple[_Place, _Place], str]) -> list[_Place]:
+    """Places at which a state becomes the next one between two neighbouring knots, in order."""
+    shears = sorted((one[0], two[0]))
+    inside = sorted({a for a, _ in names if shears[0] < a[0] < shears[1]}, reverse=one[0] > two[0])
+    route = [one, *inside, two]
+    return inside if all(pair in names for pair in pairwise(route)) else []
+
+
+def _pieces(
+    step: np.ndarray, route: list[_Place], names: dict[tuple[_Place, _Place], str]
+) -> list[tuple[np.ndarray, bool, str | None]]:
+    """The samples of one step cut at the places of the route, each piece with its name."""
+    sign = np.sign(route[-1][0] - route[0][0])
+    along = sign * step[:, 0]
+    pieces: list[tuple[np.ndarray, bool, str | None]] = []
+    for one, two in pairwise(route):
+        between = step[(along > sign * one[0]) & (along < sign * two[0])]
+        pieces.append((np.vstack([one, between, two]), True, names[one, two]))
+    return pieces
 
 
 def _joined(pieces: list[tuple[np.ndarray, bool, str | None]], ident: str) -> list[Stretch]:

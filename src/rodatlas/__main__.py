@@ -1,0 +1,5 @@
+"""`python -m rodatlas`."""
+
+from rodatlas.cli import main
+
+main()
