@@ -3,6 +3,7 @@
 >>> from rodatlas.continuation import BVP, Solution, TraceOptions, solve, trace
 """
 
+from rodatlas.continuation.locus import Locus, LocusEvent, LocusPoint, follow_locus
 from rodatlas.continuation.mesh import MeshControl
 from rodatlas.continuation.newton import NewtonCode, NewtonOptions
 from rodatlas.continuation.options import StepControl, TraceOptions
@@ -12,7 +13,7 @@ from rodatlas.continuation.solution import Solution
 from rodatlas.continuation.trace import NotConverged, follow, solve, switch, trace
 
 __all__ = [
-    "BVP", "Branch", "Discrepancy", "EndReason", "MeshControl", "NewtonCode", "NewtonOptions", "NotConverged", "Point",
-    "Solution", "SpecialPoint", "Status", "StepControl", "TraceOptions", "end_value", "follow", "integral_of", "solve",
-    "switch", "trace",
+    "BVP", "Branch", "Discrepancy", "EndReason", "Locus", "LocusEvent", "LocusPoint", "MeshControl",
+    "NewtonCode", "NewtonOptions", "NotConverged", "Point", "Solution", "SpecialPoint", "Status", "StepControl",
+    "TraceOptions", "end_value", "follow", "follow_locus", "integral_of", "solve", "switch", "trace",
 ]  # fmt: skip

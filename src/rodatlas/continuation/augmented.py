@@ -165,9 +165,9 @@ def kernel_directions(
 
 def _left_vector(colloc: Collocation, fac: Factorization, x: Columns, scalar: int) -> Blocks:
     """w with K^T w = unit vector of one scalar unknown, for the bordered matrix K."""
-    unit = np.zeros(len(colloc.free) + (1 if scalar >= len(colloc.free) else 0))
-    unit[scalar] = 1.0
-    return fac.solve_transposed(Columns(np.zeros_like(x.stage), np.zeros_like(x.mesh), unit))
+    one = np.zeros(len(colloc.free) + (1 if scalar >= len(colloc.free) else 0))
+    one[scalar] = 1.0
+    return fac.solve_transposed(Columns(np.zeros_like(x.stage), np.zeros_like(x.mesh), one))
 
 
 def _borders(colloc: Collocation, x: Columns, tangent: Columns) -> tuple[list[Row], Blocks] | None:
@@ -184,7 +184,7 @@ def _borders(colloc: Collocation, x: Columns, tangent: Columns) -> tuple[list[Ro
     phi = Columns(rng.normal(size=x.stage.shape), rng.normal(size=x.mesh.shape), rng.normal(size=x.scalars.shape))
     psi = fac.solve_transposed(phi)
     for _ in range(3):
-        psi = _unit(psi)
+        psi = unit(psi)
         phi = fac.solve(psi)
         phi = scaled(phi, 1.0 / max(colloc.norm(phi), 1e-300))
         weights = colloc.row(phi)
@@ -192,13 +192,14 @@ def _borders(colloc: Collocation, x: Columns, tangent: Columns) -> tuple[list[Ro
         psi = fac.solve_transposed(Columns(weights.stage, np.zeros_like(phi.mesh), weights.scalars))
     phi = add(phi, (-colloc.inner(phi, tangent), tangent))
     phi = scaled(phi, 1.0 / colloc.norm(phi))
-    psi = _unit(psi)
+    psi = unit(psi)
     n_boundary, n_integral = colloc.bvp.n_boundary, colloc.bvp.n_integral
     column = Blocks(psi.stage, np.zeros_like(psi.chain), psi.ends[:n_boundary], psi.dense[:n_integral])
     return [row, colloc.row(phi)], column
 
 
-def _unit(w: Blocks) -> Blocks:
+def unit(w: Blocks) -> Blocks:
+    """A left vector of Euclidean length one."""
     size = np.sqrt(sum(float(np.vdot(a, a)) for a in (w.stage, w.chain, w.ends, w.dense)))
     return Blocks(w.stage / size, w.chain / size, w.ends / size, w.dense / size)
 

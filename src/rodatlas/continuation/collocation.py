@@ -70,6 +70,19 @@ class Linearization:
                  self.dense, self.dense_scal)  # fmt: skip
         return bool(np.isfinite(sum(float(part.sum()) for part in parts)))
 
+    def with_scalars(self, keep: Sequence[int]) -> Linearization:
+        """The same with the columns of some free parameters only."""
+        index = np.array(keep, dtype=np.int64)
+        return replace(
+            self, stage_scal=self.stage_scal[:, :, index], b_scal=self.b_scal[:, index],
+            dense_scal=self.dense_scal[:, index],
+        )  # fmt: skip
+
+    def column(self, scalar: int) -> Blocks:
+        """Derivative of the equations with respect to one free parameter."""
+        stage = self.stage_scal[:, :, scalar].reshape(self.residual.stage.shape)
+        return Blocks(stage, np.zeros_like(self.residual.chain), self.b_scal[:, scalar], self.dense_scal[:, scalar])
+
 
 class Collocation:
     """Gauss collocation of `bvp` on one mesh, with some parameters free.
@@ -223,7 +236,7 @@ class Collocation:
 
     def factor(self, lin: Linearization, rows: Sequence[Row] = (), columns: Sequence[Blocks] = ()) -> Factorization:
         """Factor the derivative bordered by rows (end rows first, then dense ones) and artificial columns."""
-        k, extra = len(self.free), len(columns)
+        k, extra = lin.stage_scal.shape[2], len(columns)
         end_rows = [r for r in rows if r.stage is None]
         dense_rows = [r for r in rows if r.stage is not None]
         n = len(self._su)

@@ -1,0 +1,203 @@
+r"""Folds and branch points in two parameters: the linear problem behind one Newton step along their locus.
+
+Free parameters are (lambda, mu, inner ones): lambda is the parameter of the branches on which the points lie, mu the
+second one. Every correction is a combination
+
+.. math:: dX = y_0 + \sum_{j=1}^{3} a_j d_j
+
+of solutions of one bordered system, with three coefficients that two conditions and the arclength fix:
+
+* Fold: with :math:`M = (F_x, F_{inner})` at fixed lambda and mu, :math:`M\varphi + b g = 0, c \cdot \varphi = 1`; the
+  directions are :math:`(-M^{-1}F_\lambda, 1, 0), (-M^{-1}F_\mu, 0, 1), (\varphi, 0, 0)` (inverses bordered with b, c),
+  the conditions: no share of b is left over, and g = 0. The system stays regular where the locus passes a branch
+  point, that is where folds are born or lost.
+* Branch point that persists (on a branch that symmetry or a trivial solution protects): with
+  :math:`F' = (F_x, F_\lambda, F_{inner})` bordered as in `augmented.py`; the directions are
+  :math:`(-F'^{-1}F_\mu, 1)`, the kernel vector v_1 along the protected branch, and the other one, phi, which leaves
+  lambda alone; the conditions g_1 = g_2 = 0. Where two branch points meet, g_1 no longer determines the motion along
+  phi, which is zero by symmetry: a small weight on it keeps the system regular there. The artificial unknown stays
+  zero as long as the branch point persists.
+
+One factorisation serves all solves of a step (Govaerts 2000, chapters 4 and 8).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from rodatlas.continuation.augmented import unit
+from rodatlas.continuation.collocation import Collocation, Linearization, Row, add, scaled
+from rodatlas.continuation.linear import Blocks, Columns, Factorization
+
+KINDS = ("fold", "branch point")
+HOLD = 1e-4  # weight of 'no motion along the last direction'; it matters only where nothing else holds it
+
+
+@dataclass(frozen=True)
+class Border:
+    """Kernel vectors (one at a fold, two at a branch point) that make the rows, and the artificial column."""
+
+    vectors: tuple[Columns, ...]
+    column: Blocks
+
+
+@dataclass(frozen=True)
+class Local:
+    """The linear problem at one state.
+
+    base : y_0, base_b : its share of the column; directions : d_1 .. d_3 and shares (3,); conditions (2, 3) and
+    values (2,) with conditions @ a = values; border : better borders for the next step; tests : values of the test
+    functions by name; hold : weight of a_3 = 0.
+    """
+
+    base: Columns
+    base_b: float
+    directions: tuple[Columns, ...]
+    shares: np.ndarray
+    conditions: np.ndarray
+    values: np.ndarray
+    border: Border
+    tests: dict[str, float] = field(default_factory=dict)
+    hold: float = 0.0
+
+    def step(self, colloc: Collocation, normal: Columns, value: float) -> tuple[Columns, float] | None:
+        """Correction with <normal, dX> = value, and the change of the artificial unknown."""
+        row = np.array([colloc.inner(normal, d) for d in self.directions])
+        matrix = np.vstack([self.conditions, row])
+        right = np.append(self.values, value - colloc.inner(normal, self.base))
+        return self._combine(matrix, right, self.base, self.base_b)
+
+    def tangent(self, colloc: Collocation, along: Columns) -> Columns | None:
+        """Unit tangent of the locus with <tangent, along> > 0."""
+        row = np.array([colloc.inner(along, d) for d in self.directions])
+        found = self._combine(np.vstack([self.conditions, row]), np.array([0.0, 0.0, 1.0]), scaled(self.base, 0.0), 0.0)
+        return None if found is None else scaled(found[0], 1.0 / colloc.norm(found[0]))
+
+    def null_vector(self, colloc: Collocation) -> Columns:
+        """Unit tangent of the locus, of either sense."""
+        scale = np.array([colloc.norm(d) for d in self.directions])
+        _, _, vt = np.linalg.svd(self.conditions / scale)
+        t = add(scaled(self.base, 0.0), *zip((vt[-1] / scale).tolist(), self.directions, strict=True))
+        return scaled(t, 1.0 / colloc.norm(t))
+
+    def _combine(
+        self, matrix: np.ndarray, right: np.ndarray, base: Columns, base_b: float
+    ) -> tuple[Columns, float] | None:
+        if not np.isfinite(matrix).all():
+            return None
+        # where the last direction is not determined (see the module's docstring) it is left out
+        held = np.vstack([matrix, [0.0, 0.0, self.hold]])
+        a, _, rank, _ = np.linalg.lstsq(held, np.append(right, 0.0), rcond=None)
+        if rank < 3 or not np.isfinite(a).all():
+            return None
+        return add(base, *zip(a.tolist(), self.directions, strict=True)), base_b + float(self.shares @ a)
+
+
+def local_problem(kind: str, colloc: Collocation, x: Columns, border: Border, beta: float) -> Local | None:
+    """The linear problem of a locus at a state; None when it is singular."""
+    lin = colloc.linearize(x)
+    if not lin.is_finite:
+        return None
+    return _fold(colloc, x, lin, border) if kind == "fold" else _branch_point(colloc, x, lin, border, beta)
+
+
+class _Bordered:
+    """The factored matrix with the columns of some scalars, rows from kernel vectors, and one artificial column."""
+
+    def __init__(self, colloc: Collocation, lin: Linearization, border: Border, scalars: list[int]):
+        self.colloc, self.scalars = colloc, np.array(scalars, dtype=np.int64)
+        rows = [colloc.row(v) for v in border.vectors]
+        self.rows = [Row(r.scalars[self.scalars], r.stage) for r in rows]
+        self.fac: Factorization = colloc.factor(lin.with_scalars(scalars), self.rows, [border.column])
+
+    def solve(self, residual: Blocks | None, values: list[float], mu: dict[int, float]) -> tuple[Columns, float]:
+        """Minus the residual (None: zero) and values on the rows -> vector with the other scalars set, share of b."""
+        y = self.fac.solve(self.colloc.right_hand_side(residual, self.rows, values))
+        scalars = np.zeros(len(self.colloc.free))
+        scalars[self.scalars] = y.scalars[:-1]
+        for index, value in mu.items():
+            scalars[index] = value
+        return Columns(y.stage, y.mesh, scalars), float(y.scalars[-1])
+
+    def left(self, x: Columns) -> Blocks:
+        one = np.zeros(len(self.scalars) + 1)
+        one[-1] = 1.0
+        return self.fac.solve_transposed(Columns(np.zeros_like(x.stage), np.zeros_like(x.mesh), one))
+
+
+def _fold(colloc: Collocation, x: Columns, lin: Linearization, border: Border) -> Local | None:
+    inner = list(range(2, len(colloc.free)))
+    b = _Bordered(colloc, lin, border, inner)
+    if b.fac.sign == 0.0:
+        return None
+    phi, g = b.solve(None, [1.0], {})
+    along_lambda, share_lambda = b.solve(lin.column(0), [0.0], {0: 1.0})
+    along_mu, share_mu = b.solve(lin.column(1), [0.0], {1: 1.0})
+    base, share = b.solve(lin.residual, [0.0], {})
+    psi = b.left(x)
+    gradient = scaled(colloc.second(x, phi, psi), -1.0)
+    directions = (along_lambda, along_mu, phi)
+    conditions = np.array([[share_lambda, share_mu, g], [gradient.dot(d) for d in directions]])
+    values = np.array([-share, -(g + gradient.dot(base))])
+    size = colloc.norm(phi)
+    tests = {"cusp": conditions[1, 2] / size**2, "branch point": share_lambda}
+    new = Border((scaled(phi, 1.0 / size),), _column(colloc, psi))
+    return Local(base, share, directions, np.array([share_lambda, share_mu, g]), conditions, values, new, tests)
+
+
+def _branch_point(colloc: Collocation, x: Columns, lin: Linearization, border: Border, beta: float) -> Local | None:
+    b = _Bordered(colloc, lin, border, [0, *range(2, len(colloc.free))])
+    if b.fac.sign == 0.0:
+        return None
+    (p1, h1), (p2, h2) = b.solve(None, [1.0, 0.0], {}), b.solve(None, [0.0, 1.0], {})
+    l1, l2 = float(p1.scalars[0]), float(p2.scalars[0])
+    length = np.hypot(l1, l2)
+    if length == 0.0:
+        return None
+    v1, v2 = add(scaled(p1, l1 / length), (l2 / length, p2)), add(scaled(p2, l1 / length), (-l2 / length, p1))
+    g1, g2 = (l1 * h1 + l2 * h2) / length, (l1 * h2 - l2 * h1) / length
+    along_mu, share_mu = b.solve(lin.column(1), [0.0, 0.0], {1: 1.0})
+    r, c = lin.residual, border.column
+    shifted = Blocks(r.stage + beta * c.stage, r.chain, r.ends + beta * c.ends, r.dense + beta * c.dense)
+    base, share = b.solve(shifted, [0.0, 0.0], {})
+    psi = b.left(x)
+    gradients = [scaled(colloc.second(x, v, psi), -1.0) for v in (v1, v2)]
+    directions = (along_mu, v1, v2)
+    conditions = np.array([[w.dot(d) for d in directions] for w in gradients])
+    values = -np.array([g1, g2]) - [w.dot(base) for w in gradients]
+    tests = {"criticality": _cubic(colloc, x, b, v1, v2, psi)}
+    return Local(
+        base, share, directions, np.array([share_mu, g1, g2]), conditions, values,
+        Border(_orthonormal(colloc, v1, v2), _column(colloc, psi)), tests, HOLD,
+    )  # fmt: skip
+
+
+def _cubic(colloc: Collocation, x: Columns, b: _Bordered, v1: Columns, phi: Columns, psi: Blocks) -> float:
+    r"""Cubic coefficient of a pitchfork, :math:`\psi\cdot(F_{xxx}\varphi^3 + 3F_{xx}\varphi w)` with
+    :math:`F_x w = -F_{xx}\varphi^2`, for unit vectors; it is zero where the pitchfork changes between super- and
+    subcritical. Differences along phi are exact to round-off when the equations are cubic.
+    """
+    phi, h = scaled(phi, 1.0 / colloc.norm(phi)), 1e-3
+    psi = unit(psi)
+    plus, minus, here = (colloc.linearize(add(x, (t, phi))).residual for t in (h, -h, 0.0))
+    bend = Blocks(*(
+        (getattr(plus, k) - 2 * getattr(here, k) + getattr(minus, k)) / h**2 for k in ("stage", "chain", "ends", "dense")
+    ))  # fmt: skip
+    w, _ = b.solve(bend, [0.0, 0.0], {})
+    w = add(w, (-float(w.scalars[0] / v1.scalars[0]), v1))
+    third = [colloc.second(add(x, (t, phi)), phi, psi).dot(phi) for t in (h, -h)]
+    return (third[0] - third[1]) / (2 * h) + 3 * colloc.second(x, phi, psi).dot(w)
+
+
+def _orthonormal(colloc: Collocation, v1: Columns, v2: Columns) -> tuple[Columns, Columns]:
+    one = scaled(v1, 1.0 / colloc.norm(v1))
+    two = add(v2, (-colloc.inner(v2, one), one))
+    return one, scaled(two, 1.0 / colloc.norm(two))
+
+
+def _column(colloc: Collocation, psi: Blocks) -> Blocks:
+    psi = unit(psi)
+    n_boundary, n_integral = colloc.bvp.n_boundary, colloc.bvp.n_integral
+    return Blocks(psi.stage, np.zeros_like(psi.chain), psi.ends[:n_boundary], psi.dense[:n_integral])

@@ -1,0 +1,57 @@
+"""Loci of the band's bifurcations: the events whose angles the paper gives."""
+
+import numpy as np
+import pytest
+
+from rodatlas.continuation import Status, TraceOptions, follow_locus, trace
+from rodatlas.rods import Ends, rod_problem, state_at
+
+PLANE = ("dD", "psi0")
+
+
+def branch(family, high=0.75):
+    return trace(
+        rod_problem(), state_at(Ends(15.0), family), ("dD",), TraceOptions(bounds={"dD": (0.0, high)}), both=False
+    )
+
+
+def locus(special, low, high):
+    bounds = {"dD": (0.0, 0.7), "psi0": (np.radians(low), np.radians(high))}
+    return follow_locus(rod_problem(), special, PLANE, TraceOptions(bounds=bounds))
+
+
+def angles(found, kind, parameter=""):
+    chosen = [e for e in found.events if e.kind == kind and e.parameter == parameter]
+    assert all(e.status is Status.CONVERGED for e in chosen)
+    return [float(np.degrees(e.solution["psi0"])) for e in chosen]
+
+
+@pytest.fixture(scope="module")
+def u_branch():
+    return branch("U").of_kind("branch point")
+
+
+def test_pitchforks_4_and_9_are_one_locus(u_branch):
+    """4 turns subcritical, then meets 9 and vanishes."""
+    found = locus(u_branch[0], 0.0, 60.0)
+    (turn,) = angles(found, "criticality")
+    (meet,) = angles(found, "extremum", "psi0")
+    assert 26.0 < turn < 26.6  # supercritical at 15, subcritical at 27.5 degrees
+    assert 28.0 < meet < 28.3
+    assert found.column("psi0")[[0, -1]] == pytest.approx([0.0, 0.0], abs=1e-9)
+    shears = sorted(found.column("dD")[[0, -1]])
+    assert shears[0] == pytest.approx(0.359236, abs=1e-6)  # pitchfork 4 at zero angle
+
+
+def test_pitchforks_11_and_15_annihilate(u_branch):
+    found = locus(u_branch[1], 0.0, 60.0)
+    assert angles(found, "extremum", "psi0") == pytest.approx([56.293], abs=0.002)
+    assert min(found.column("dD")[[0, -1]]) == pytest.approx(0.603240, abs=1e-6)
+
+
+def test_fold_locus_of_w():
+    """Cusp of 6 and 7 at 0.135 degrees; w touches U at 27.71; U-w meets uUui at 30.62."""
+    found = locus(branch("third mode").of_kind("fold")[0], 0.0, 31.0)
+    assert min(angles(found, "cusp")) == pytest.approx(0.135, abs=0.001)
+    touching = sorted(angles(found, "extremum", "psi0"))
+    assert touching == pytest.approx([27.7098, 30.6200], abs=0.002)
