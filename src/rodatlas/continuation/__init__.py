@@ -3,7 +3,8 @@
 >>> from rodatlas.continuation import BVP, Solution, TraceOptions, solve, trace
 """
 
-from rodatlas.continuation.locus import Locus, LocusEvent, LocusPoint, follow_locus
+from rodatlas.continuation.locus import follow_locus
+from rodatlas.continuation.locus_results import Locus, LocusEvent, LocusPoint
 from rodatlas.continuation.mesh import MeshControl
 from rodatlas.continuation.newton import NewtonCode, NewtonOptions
 from rodatlas.continuation.options import StepControl, TraceOptions

@@ -182,9 +182,8 @@ def _cubic(colloc: Collocation, x: Columns, b: _Bordered, v1: Columns, phi: Colu
     phi, h = scaled(phi, 1.0 / colloc.norm(phi)), 1e-3
     psi = unit(psi)
     plus, minus, here = (colloc.linearize(add(x, (t, phi))).residual for t in (h, -h, 0.0))
-    bend = Blocks(*(
-        (getattr(plus, k) - 2 * getattr(here, k) + getattr(minus, k)) / h**2 for k in ("stage", "chain", "ends", "dense")
-    ))  # fmt: skip
+    parts = ("stage", "chain", "ends", "dense")
+    bend = Blocks(*((getattr(plus, k) - 2 * getattr(here, k) + getattr(minus, k)) / h**2 for k in parts))
     w, _ = b.solve(bend, [0.0, 0.0], {})
     w = add(w, (-float(w.scalars[0] / v1.scalars[0]), v1))
     third = [colloc.second(add(x, (t, phi)), phi, psi).dot(phi) for t in (h, -h)]
