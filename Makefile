@@ -1,19 +1,28 @@
-# Two commands do all the set-up on a machine that has python3 (with venv) and make:
+# Two commands do all the set-up on a machine that has make and python3 with venv (or virtualenv, or uv):
 #   make demo   the slice at 15 degrees, into out/
 #   make test   the tests
 PYTHON ?= python3
 VENV := .venv
 BIN := $(VENV)/bin
 
-.PHONY: setup demo test lint bench clean
+.PHONY: setup environment demo test lint bench clean
 
 setup: $(VENV)/.ready
 
 $(VENV)/.ready: pyproject.toml
-	@test -x $(BIN)/python || $(PYTHON) -m venv $(VENV)
+	@$(BIN)/python -m pip --version >/dev/null 2>&1 || $(MAKE) --no-print-directory environment
 	@echo "installing rodatlas into $(VENV) (about a minute, once)"
 	@$(BIN)/python -m pip install --quiet --disable-pip-version-check -e '.[dev]'
 	@touch $@
+
+# A virtual environment with pip in it. Debian's python3 alone has no ensurepip, and leaves a half-made one behind.
+environment:
+	@rm -rf $(VENV)
+	@$(PYTHON) -m venv $(VENV) >/dev/null 2>&1 \
+	|| $(PYTHON) -m virtualenv --quiet $(VENV) 2>/dev/null \
+	|| { rm -rf $(VENV); uv venv --quiet --seed --python $(PYTHON) $(VENV) 2>/dev/null; } \
+	|| { rm -rf $(VENV); echo "make: $(PYTHON) cannot make a virtual environment;" \
+	     "on Debian or Ubuntu: apt-get install python3-venv" >&2; exit 1; }
 
 demo: setup
 	$(BIN)/rodatlas slice --angle 15 --out out

@@ -10,8 +10,8 @@ ROOT = Path(__file__).resolve().parent.parent
 FOLDER = ROOT / ".venv-bench"
 PYTHON = FOLDER / ("Scripts/python.exe" if os.name == "nt" else "bin/python")
 
-# bifpy's own makefile compiles AUTO without optimisation, which makes it three times slower; make takes F90 and F77
-# from MAKEFLAGS. The recorded switches let `optimised` see what an installed library was compiled with.
+# bifpy's own makefile compiles AUTO without optimization, which makes it three times slower; make takes F90 and F77
+# from MAKEFLAGS. The recorded switches let `optimized` see what an installed library was compiled with.
 COMPILER = r"gfortran\ -O3\ -march=native\ -frecord-gcc-switches"
 MAKEFLAGS = f"F90={COMPILER} F77={COMPILER}"
 
@@ -45,7 +45,8 @@ def make_folder():
         return
     done = subprocess.run([sys.executable, "-m", "venv", FOLDER], capture_output=True, text=True, check=False)
     if done.returncode != 0:
-        raise Unavailable(f"python -m venv .venv-bench failed: {' '.join(done.stdout.split())[:300]}")
+        shutil.rmtree(FOLDER, ignore_errors=True)  # without ensurepip it would have a Python but no pip
+        raise Unavailable(f"python -m venv .venv-bench failed: {' '.join((done.stdout + done.stderr).split())[:300]}")
 
 
 def make_scipy():
@@ -55,14 +56,14 @@ def make_scipy():
         pip("numpy", "scipy")
 
 
-def optimised():
+def optimized():
     """Whether the installed bifpy has an AUTO library compiled with -O3."""
     archives = list(FOLDER.glob("**/bifpy/auto/_lib/libbifpy.a"))
     return bool(archives) and b"-O3" in archives[0].read_bytes()
 
 
 def make_auto():
-    """Put bifpy with an optimised AUTO-07p into `.venv-bench`; raise `Unavailable` without gfortran or make.
+    """Put bifpy with an optimized AUTO-07p into `.venv-bench`; raise `Unavailable` without gfortran or make.
 
     bifpy's own requirements (plotting, symbolic mathematics) are left out: only its compiled engine is used.
     """
@@ -70,10 +71,10 @@ def make_auto():
     if missing:
         raise Unavailable(f"{' and '.join(missing)} not found; on Debian or Ubuntu: apt-get install gfortran make")
     make_folder()
-    if not optimised():
+    if not optimized():
         # A wheel in pip's cache may hold a library that was compiled with other flags.
         pip("--no-cache-dir", "--no-deps", "--force-reinstall", "--no-binary", "bifpy", "bifpy", MAKEFLAGS=MAKEFLAGS)
-    if not optimised():
+    if not optimized():
         raise Unavailable("bifpy was installed, but its AUTO library is not compiled with -O3")
 
 

@@ -41,7 +41,7 @@ TO_ANGLE = {"ICP": "[3, 5]", "UZSTOP": f"{{3: {math.radians(15)!r}}}", "DS": -0.
 SHEAR = {"ICP": "[1, 5]", "ILP": 1, "ISP": 2, "RL1": 0.79}
 
 # What a user would set (a curve fit to draw), and the fastest settings that still find both pitchforks, from a scan
-# over step size, weights, mesh adaption and NWTN. With NWTN = 1 the Jacobian is factored once a step and the other
+# over step size, weights, mesh adaptation and NWTN. With NWTN = 1 the Jacobian is factored once a step and the other
 # iterations reuse it (chord iterations), which makes them cheap.
 CASES = {
     "ordinary steps": {"DSMAX": 0.02},

@@ -5,9 +5,9 @@ import json
 import numpy as np
 import pytest
 
-from rodatlas.atlas import SliceSettings, compute_slice, reach
+from rodatlas.atlas import BranchCache, SliceSettings, compute_slice, reach
 from rodatlas.atlas.reach import split_name
-from rodatlas.continuation import Status
+from rodatlas.continuation import NewtonCode, NotConverged, Status
 from rodatlas.rods import index_of
 
 
@@ -109,7 +109,7 @@ def test_closed_branches_and_fold_17_at_60_degrees():
 @pytest.mark.parametrize("factor", [0.3, 3.0])
 def test_nothing_is_missed_when_steps_change(slice_15, factor, monkeypatch):
     """The lists of bifurcations are the same when all steps are scaled."""
-    import rodatlas.atlas.follow as follow
+    from rodatlas.atlas import follow, seeds
 
     def scaled(**settings):
         from rodatlas.continuation import StepControl
@@ -120,7 +120,8 @@ def test_nothing_is_missed_when_steps_change(slice_15, factor, monkeypatch):
             min_cosine=base.min_cosine if factor < 1 else 0.8,
         )  # fmt: skip
 
-    monkeypatch.setattr(follow, "StepControl", scaled)
+    for module in (follow, seeds):
+        monkeypatch.setattr(module, "StepControl", scaled)
     again = compute_slice(SliceSettings(15.0))
     assert listed(again) == listed(slice_15)
 
@@ -165,3 +166,25 @@ def test_smooth_cuts_do_not_depend_on_the_steps(slice_30):
     assert abs(w.low.solution(0.5, "k1")[0]) < 1e-6
     coarse = compute_slice(SliceSettings(30.0, tolerance=1e-6), carry=False)
     assert abs(coarse.state("w", 0.625).low.shear - w.low.shear) < 1e-6
+
+
+def test_what_goes_wrong_at_the_reference_angle_is_said(monkeypatch):
+    from rodatlas.atlas import follow
+
+    monkeypatch.setattr(follow, "planar_seeds", lambda settings: ([], [f"nothing at {settings.angle_deg:g}"]))
+    frontier = follow.follow_slice(SliceSettings(30.0))
+    assert frontier.warnings == ["nothing at 30", "reference slice: nothing at 15"]
+
+
+def test_a_state_that_cannot_be_carried_over_is_said(slice_15, monkeypatch):
+    from rodatlas.atlas import seeds
+
+    def fails(*arguments, **options):
+        raise NotConverged(NewtonCode.SLOW, "start of the run")
+
+    monkeypatch.setattr(seeds, "trace", fails)
+    reference = [(b.id, b.followed.branch) for b in slice_15.branches if b.id == "U"]
+    found, warnings = seeds.carried_seeds(reference, SliceSettings(30.0), BranchCache())
+    assert found == []
+    assert len(warnings) == 2  # U is crossed at both shears
+    assert all(w.startswith(f"branch U@15.{k + 1}: not carried over in angle: ") for k, w in enumerate(warnings))

@@ -56,7 +56,7 @@ def test_interpolation_is_near_the_dense_curve(slice_15):
     thin = replace(b, followed=replace(b.followed, branch=replace(branch, points=branch.points[::2])))
     dropped = np.array([(p.solution["dD"], p.solution["height"]) for p in branch.points[1::2]])[:12]
     samples = np.concatenate([s.xy for s in branch_stretches(thin, ())])
-    samples = samples[np.append(True, np.diff(samples, axis=0).any(axis=1))]  # ends of neighbours coincide
+    samples = samples[np.append(True, np.diff(samples, axis=0).any(axis=1))]  # ends of neighbors coincide
     one, two = samples[:-1], samples[1:]
     for place in dropped:
         t = np.clip(np.einsum("ij,ij->i", place - one, two - one) / np.sum((two - one) ** 2, axis=1), 0, 1)

@@ -1,4 +1,4 @@
-"""Figures: what is on them, their colours, and the files they become."""
+"""Figures: what is on them, their colors, and the files they become."""
 
 import itertools
 import subprocess
@@ -18,7 +18,7 @@ from rodatlas.states.names import NAMES
 
 # Machado, Oliveira & Fernandes 2009, severity 1
 VISION = {
-    "all colours": np.eye(3),
+    "all colors": np.eye(3),
     "protanopia": [[0.152286, 1.052583, -0.204868], [0.114503, 0.786281, 0.099216], [-0.003882, -0.048116, 1.051998]],
     "deuteranopia": [[0.367322, 0.860646, -0.227968], [0.280085, 0.672501, 0.047413], [-0.011820, 0.042940, 0.968881]],
 }
@@ -46,14 +46,14 @@ def lab(hexadecimal, matrix):
     return np.array([116 * f[1] - 16, 500 * (f[0] - f[1]), 200 * (f[1] - f[2])])
 
 
-def test_every_name_has_a_colour():
+def test_every_name_has_a_color():
     assert set(NAMES) <= set(STATE_COLORS)
     assert color_of("US+") == color_of("US-") == color_of("US+-")
     assert color_of(None) == color_of("nothing")
 
 
 @pytest.mark.parametrize("vision", VISION)
-def test_colours_are_distinct_for_all_eyes(vision):
+def test_colors_are_distinct_for_all_eyes(vision):
     seen = [lab(c, VISION[vision]) for c in STATE_COLORS.values()]
     assert min(np.linalg.norm(a - b) for a, b in itertools.combinations(seen, 2)) > 24
 
@@ -70,7 +70,7 @@ def test_markers_one_for_each_special_point(axes, slice_15):
         assert all(m.get_markerfacecolor() == face for m in marks)
 
 
-def test_stable_lines_are_solid_and_have_the_colour_of_their_state(axes, slice_15):
+def test_stable_lines_are_solid_and_have_the_color_of_their_state(axes, slice_15):
     stable, unstable = lines(axes, "stable"), lines(axes, "unstable")
     assert all(line.get_linestyle() == "-" for line in stable)
     assert all(line.get_linestyle() == "--" for line in unstable)

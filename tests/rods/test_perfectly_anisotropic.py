@@ -109,7 +109,9 @@ def test_work_equals_change_of_energy():
     """dE/d(dD) = N_z along a branch, with E by quadrature: an error in forces, energy or geometry breaks it."""
     options = TraceOptions(bounds={"dD": (0.0, 0.75)}, locate=())
     branch = trace(rod_problem(), state_at(Ends(30.0), "W"), ("dD",), options, both=False)
-    for point in branch.points[2:-2:4]:
+    checked = branch.points[2:-2:4]
+    assert len(checked) >= 5
+    for point in checked:
         energies = []
         for shift in (-1e-4, 1e-4):
             moved = point.solution.with_parameters(dD=point.solution["dD"] + shift)
@@ -131,7 +133,7 @@ def test_space_force_is_constant_and_frame_is_orthonormal():
 
 
 def test_agrees_with_scipy_solve_bvp():
-    """Another discretisation, with the equations written out afresh."""
+    """Another discretization, with the equations written out afresh."""
     state = state_at(Ends(30.0, 0.5, 0.35))
     a, psi = state["a"], state["psi0"]
 
@@ -171,6 +173,11 @@ def test_anything_but_the_family_is_said():
         (lambda: Ends(15.0, 1.0), "compression: expected a number between 0 and 1"),
         (lambda: Ends(15.0, 0.5, 0.9), "shear: expected a number of size below 0.866025"),
         (lambda: Ends("x"), "angle: expected degrees between -180 and 180, got 'x'"),
+        (lambda: Ends("15"), "angle: expected degrees between -180 and 180, got '15'"),
+        (lambda: Ends(None), "angle: expected degrees between -180 and 180, got None"),
+        (lambda: Ends(15.0, 0.0), "compression: expected a number between 0 and 1 .exclusive., got 0.0"),
+        (lambda: Ends(15.0, 0.5, -0.8660254037844386), "shear: expected a number of size below 0.866025"),
+        (lambda: Band(poisson=-1.0), "poisson: expected a number with -1 < nu <= 0.5, got -1.0"),
         (lambda: Band(poisson=0.6), "poisson: expected a number with -1 < nu <= 0.5, got 0.6"),
         (lambda: Band(width=0.0), "band width: expected a positive length"),
     ],

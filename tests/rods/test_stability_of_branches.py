@@ -26,7 +26,7 @@ def test_conjugate_points_and_second_variation_agree(angle, every):
         one = index_of(solution)
         two = second_variation_index(s, u[:, 6:10], u[:, 10:13], u[:, [4, 4, 5]] * [1.0, 0.0, 1.0], solution["a"])
         if not (one.trusted and two.trusted) or one.margin < 0.02:
-            skipped += 1  # next to a fold or pitchfork the discretised energy has its own critical shear
+            skipped += 1  # next to a fold or pitchfork the discretized energy has its own critical shear
             continue
         assert one.index == two.index, f"branch {ident} at dD = {solution['dD']}"
         checked += 1

@@ -6,7 +6,7 @@ from collections.abc import Iterable
 
 import numpy as np
 
-from rodatlas.atlas.follow import state_at_shear
+from rodatlas.atlas.match import state_at_shear
 from rodatlas.atlas.settings import SliceSettings
 from rodatlas.atlas.slice import Slice, State
 from rodatlas.continuation import Solution
@@ -59,7 +59,7 @@ def coexisting_states(slice_: Slice, shear: float | None = None) -> dict[str, So
     for state in slice_.states:
         if not state.shear[0] <= shear <= state.shear[1]:
             continue
-        solution = state_at(state, shear, slice_.settings)
+        solution = solve_state(state, shear, slice_.settings)
         if solution is None:
             continue
         name = state.name
@@ -70,7 +70,7 @@ def coexisting_states(slice_: Slice, shear: float | None = None) -> dict[str, So
     return found
 
 
-def state_at(state: State, shear: float, settings: SliceSettings) -> Solution | None:
+def solve_state(state: State, shear: float, settings: SliceSettings) -> Solution | None:
     """The solution of a state exactly at a shear inside its range, solved from the computed one nearest to it."""
     near = sorted(state.solutions, key=lambda s: abs(s["dD"] - shear))
     if near[0]["dD"] == shear:

@@ -5,36 +5,43 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from itertools import pairwise
 
-from rodatlas.atlas.follow import state_at_shear
+from rodatlas.atlas.match import state_at_shear
 from rodatlas.atlas.settings import SliceSettings
 from rodatlas.continuation import Solution
-from rodatlas.states.names import middle_curvature
+from rodatlas.states.names import Part, middle_curvature
 
-SHEAR_TOLERANCE = 1e-9
+SHEAR_TOLERANCE = 1e-9  # of the zero of k1(1/2)
+LEAST_TOLERANCE = 1e-6  # of its minimum, which a value of k1 to 1e-12 does not determine better
 
 
 def cut_segment(
-    solutions: Sequence[Solution], names: Sequence[tuple[str, int, int]], settings: SliceSettings
+    solutions: Sequence[Solution], named: Sequence[Part], settings: SliceSettings
 ) -> list[list[Solution]]:
-    """Solutions of each named part of a segment, neighbours sharing the solution at the cut.
+    """Solutions of each named part of a segment, neighbors sharing the solution at the cut.
 
     U becomes w where k1(1/2) = 0; w becomes uUui where k1(1/2) is least. Both are solved for between the computed
     points.
+
+    Parameters
+    ----------
+    solutions : of the whole segment, in order of increasing shear.
+    named : its parts, from :func:`rodatlas.states.names.name_parts`.
     """
     cuts = []
-    for (name, _, _), (_, at, _) in pairwise(names):
-        low, high = solutions[max(at - 1, 0)], solutions[min(at + (name == "w"), len(solutions) - 1)]
-        find = _least if name == "w" else _zero
-        cuts.append(find(low, high, solutions[at], settings))
+    for one, two in pairwise(named):
+        find, beyond = (_least, 1) if one.name == "w" else (_zero, 0)
+        low, high = solutions[max(two.first - 1, 0)], solutions[min(two.first + beyond, len(solutions) - 1)]
+        cuts.append(find(low, high, solutions[two.first], settings))
     edges = [-float("inf"), *[c["dD"] for c in cuts], float("inf")]
     parts = []
-    for k in range(len(names)):
-        inside = [s for s in solutions if edges[k] < s["dD"] < edges[k + 1]]
-        parts.append([*cuts[k - 1 : k], *inside, *cuts[k : k + 1]] if k else [*inside, *cuts[:1]])
+    for k, (low_edge, high_edge) in enumerate(pairwise(edges)):
+        inside = [s for s in solutions if low_edge < s["dD"] < high_edge]
+        parts.append([*cuts[max(k - 1, 0) : k], *inside, *cuts[k : k + 1]])
     return parts
 
 
 def _zero(low: Solution, high: Solution, near: Solution, settings: SliceSettings) -> Solution:
+    """The state between two others at which k1(1/2) = 0."""
     from scipy.optimize import brentq
 
     bend = _Bend(near, settings)
@@ -43,10 +50,11 @@ def _zero(low: Solution, high: Solution, near: Solution, settings: SliceSettings
 
 
 def _least(low: Solution, high: Solution, near: Solution, settings: SliceSettings) -> Solution:
+    """The state between two others at which k1(1/2) is least."""
     from scipy.optimize import minimize_scalar
 
     bend = _Bend(near, settings)
-    found = minimize_scalar(bend, bounds=(low["dD"], high["dD"]), method="bounded", options={"xatol": 1e-6})
+    found = minimize_scalar(bend, bounds=(low["dD"], high["dD"]), method="bounded", options={"xatol": LEAST_TOLERANCE})
     bend(float(found.x))
     return bend.last
 

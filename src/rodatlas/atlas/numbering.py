@@ -1,13 +1,15 @@
 """The numbers 3 to 18 of bifurcations in the paper, given by what each one does.
 
 A number follows from the named state that ends at the bifurcation, or from the place of the bifurcation next to a
-numbered one on the same branch: see the table below and :func:`number_neighbours`. Bifurcations of states that the
+numbered one on the same branch: see the table below and :func:`number_neighbors`. Bifurcations of states that the
 paper does not number have none.
 """
 
 from __future__ import annotations
 
-from rodatlas.continuation import Branch, SpecialPoint
+from collections.abc import Sequence
+
+from rodatlas.continuation import SpecialPoint
 
 # (name of the state, which end of it, kind of bifurcation) -> number
 ENDS = {
@@ -28,7 +30,7 @@ ENDS = {
 }
 
 # number -> what the next bifurcations on the unstable side are, by kind
-NEIGHBOURS = {
+NEIGHBORS = {
     6: {"branch point": 8},
     14: {"branch point": 8},
     7: {"branch point": 9, "fold": 18},
@@ -36,26 +38,27 @@ NEIGHBOURS = {
     11: {"fold": 13},
     15: {"fold": 16},
 }
-STOP = {3, 4, 10, 11}
+BARRIERS = {3, 4, 10, 11}  # numbers past which no neighbor is looked for
 
 
-def number_neighbours(branch: Branch, known: dict[int, int]) -> dict[int, int]:
-    """Numbers of special points that follow from their neighbours.
+def number_neighbors(special: Sequence[SpecialPoint], known: dict[int, int]) -> dict[int, int]:
+    """Numbers of bifurcations that follow from their neighbors on the same branch.
 
     Parameters
     ----------
-    known : position in `branch.special` -> number, from the states that end there.
+    special : folds and branch points of a branch, in order.
+    known : position in `special` -> number, from the states that end there.
 
     Returns
     -------
-    the same mapping with the neighbours added.
+    the same mapping with the neighbors added.
     """
     numbers = dict(known)
     queue = list(known)
     for at in queue:
-        step = _unstable_side(branch.special[at])
-        for kind, given in NEIGHBOURS.get(numbers[at], {}).items():
-            found = _next(branch, at, step, kind, numbers) if step else None
+        step = _unstable_side(special[at])
+        for kind, given in NEIGHBORS.get(numbers[at], {}).items():
+            found = _next(special, at, step, kind, numbers) if step else None
             if found is not None and given not in numbers.values():
                 numbers[found] = given
                 queue.append(found)
@@ -70,11 +73,13 @@ def _unstable_side(special: SpecialPoint) -> int:
     return 1 if after > before else -1
 
 
-def _next(branch: Branch, at: int, step: int, kind: str, numbers: dict[int, int]) -> int | None:
+def _next(
+    special: Sequence[SpecialPoint], at: int, step: int, kind: str, numbers: dict[int, int]
+) -> int | None:
     """Position of the first special point of a kind, at most two away and not past another numbered end."""
     for i in range(at + step, at + 3 * step, step):
-        if not 0 <= i < len(branch.special) or numbers.get(i) in STOP:
+        if not 0 <= i < len(special) or numbers.get(i) in BARRIERS:
             return None
-        if branch.special[i].kind == kind and i not in numbers:
+        if special[i].kind == kind and i not in numbers:
             return i
     return None

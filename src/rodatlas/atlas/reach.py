@@ -4,10 +4,12 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from rodatlas.atlas.coexisting import state_at
-from rodatlas.atlas.follow import BranchCache, Progress
+from rodatlas.atlas.cache import BranchCache
+from rodatlas.atlas.coexisting import solve_state
+from rodatlas.atlas.compute import compute_slice
+from rodatlas.atlas.follow import Progress
 from rodatlas.atlas.settings import SliceSettings
-from rodatlas.atlas.slice import Slice, compute_slice
+from rodatlas.atlas.slice import Slice
 from rodatlas.continuation import Solution
 from rodatlas.rods.symmetry import pair_member, reverse
 from rodatlas.states.names import NAMES
@@ -56,7 +58,7 @@ def reach(
             f"state: expected one that is stable at angle {settings.angle_deg:g} and shear {shear:g} ({there}), "
             f"got '{name}'" + (f", which is stable for shear {ranges}" if ranges else "")
         )
-    solution = state_at(state, shear, settings)
+    solution = solve_state(state, shear, settings)
     if solution is None:
         raise ValueError(f"shear: expected a value at which the state can be solved for, got {shear:g}")
     return (reverse(solution) if sign and pair_member(solution) != sign else solution), found

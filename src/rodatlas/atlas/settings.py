@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from dataclasses import asdict, dataclass, replace
 
+from rodatlas import __version__
 from rodatlas.rods.band import bending_ratio, check_number, check_poisson, limiting_shear
 from rodatlas.rods.ends import Ends
 
 REFERENCE_ANGLE_DEG = 15.0
+CARRIED_PARTS = (0.72, 0.86)  # parts of the limiting shear at which states are carried to another angle
 
 
 def default_shear_max(compression: float) -> float:
@@ -27,7 +30,7 @@ class SliceSettings:
     angle_deg : clamp angle psi0 in degrees, 0 <= psi0 < 90.
     compression : dL, between 0 and 1.
     poisson : Poisson's ratio, -1 < nu <= 0.5.
-    shear_min, shear_max : range of dD, inside the limiting shear.
+    shear_max, shear_min : range of dD, inside the limiting shear.
     tolerance : largest error of a solution at its mesh points, relative to the scale of each unknown.
     """
 
@@ -48,7 +51,7 @@ class SliceSettings:
             "shear-max", self.shear_max, 1e-3, below,
             f"a number from 0.001 to below {limit:.6f}, the limiting shear for compression {self.compression:g}",
         )  # fmt: skip
-        check_number("shear-min", self.shear_min, -below, 0.0, f"a number between -{limit:.6f} and 0")
+        check_number("shear-min", self.shear_min, -below, 0.0, f"a number between -{limit:.6f} and 0 (included)")
         check_number("tol", self.tolerance, 1e-10, 1e-3, "a number between 1e-10 and 0.001")
 
     @property
@@ -67,13 +70,20 @@ class SliceSettings:
         return REFERENCE_ANGLE_DEG
 
     def at_reference(self) -> SliceSettings:
+        """The same settings at the reference angle."""
         return replace(self, angle_deg=self.reference_angle_deg)
 
     @property
     def carried_shears(self) -> tuple[float, ...]:
         """Shears at which states are carried from the reference angle: inside the range, where many states live."""
-        return tuple(f * limiting_shear(self.compression) for f in (0.72, 0.86) if f * limiting_shear(self.compression)
-                     < self.shear_max)  # fmt: skip
+        shears = [part * limiting_shear(self.compression) for part in CARRIED_PARTS]
+        return tuple(shear for shear in shears if shear < self.shear_max)
 
-    def as_dict(self) -> dict[str, float]:
-        return asdict(self)
+    def identity(self) -> dict[str, object]:
+        """Everything that decides the numbers, as plain values: the fields, and the version of this program."""
+        return {"rodatlas": __version__, **asdict(self)}
+
+    @classmethod
+    def from_identity(cls, identity: Mapping[str, object]) -> SliceSettings:
+        """The settings behind :meth:`identity`, of whatever version."""
+        return cls(**{key: float(value) for key, value in identity.items() if key != "rodatlas"})  # type: ignore[arg-type]

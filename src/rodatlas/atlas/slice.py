@@ -1,20 +1,17 @@
-"""A slice of the atlas: branches, named stable states, numbered bifurcations."""
+"""A slice of the atlas as a result: branches, named stable states, numbered bifurcations; tables, JSON and file."""
 
 from __future__ import annotations
 
-import time
-from dataclasses import dataclass, replace
-from typing import Any
+import os
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
 
-from rodatlas.atlas.cuts import cut_segment
-from rodatlas.atlas.follow import BranchCache, Followed, Frontier, Progress, follow_slice, same_state
-from rodatlas.atlas.numbering import ENDS, number_neighbours
-from rodatlas.atlas.segments import Bound, Segment, stable_segments
+from rodatlas.atlas.follow import Followed
 from rodatlas.atlas.settings import SliceSettings
 from rodatlas.continuation import Solution, SpecialPoint
-from rodatlas.continuation.events import turns_at
-from rodatlas.rods.symmetry import is_symmetric
-from rodatlas.states.names import NAMES, name_parts
+
+if TYPE_CHECKING:
+    import pandas as pd
 
 SCHEMA = "rodatlas/slice/1"
 
@@ -23,7 +20,11 @@ SCHEMA = "rodatlas/slice/1"
 class Event:
     """A fold or branch point of a slice, as a user reads it.
 
-    kind : 'fold', 'pitchfork' or 'branch point'; number : the paper's number or None;
+    Attributes
+    ----------
+    kind : 'fold', 'pitchfork' or 'branch point'.
+    special : the located point, with its record.
+    number : the paper's number or None.
     criticality : 'super', 'sub' or None, of pitchforks whose side branch was followed.
     """
 
@@ -32,13 +33,31 @@ class Event:
     number: int | None = None
     criticality: str | None = None
 
+    @property
+    def shear(self) -> float:
+        return self.special.solution["dD"]
+
+    @property
+    def height(self) -> float:
+        return self.special.solution["height"]
+
+    def __repr__(self) -> str:
+        name = self.kind if self.number is None else f"{self.kind} {self.number}"
+        before, after = self.special.index
+        return f"Event({name}: shear {self.shear:.6g}, height {self.height:.6g}, index {before} to {after})"
+
 
 @dataclass(frozen=True)
 class StateEnd:
     """Where a stable state ends, and whether it snaps there.
 
+    Attributes
+    ----------
     kind : 'fold', 'pitchfork', 'branch point', 'range' (the shear range ends first) or 'smooth' (the state becomes
-    the next named one without a bifurcation).
+        the next named one without a bifurcation).
+    solution : the state at this end.
+    number : the paper's number of the bifurcation or None.
+    snap : whether the band leaves the state at once when the shear goes on.
     """
 
     kind: str
@@ -54,12 +73,30 @@ class StateEnd:
     def height(self) -> float:
         return self.solution["height"]
 
+    @property
+    def text(self) -> str:
+        """In words: 'fold 6, snaps', 'pitchfork 4, no snap', 'range', 'smooth'."""
+        if self.kind in ("range", "smooth"):
+            return self.kind
+        number = f" {self.number}" if self.number is not None else ""
+        return f"{self.kind}{number}, {'snaps' if self.snap else 'no snap'}"
+
+    def __repr__(self) -> str:
+        return f"StateEnd({self.text}: shear {self.shear:.6g}, height {self.height:.6g})"
+
 
 @dataclass(frozen=True)
 class State:
     """A named stable state over a range of shear.
 
-    solutions : in order of increasing shear, ends included. path : the whole stable segment's name, 'U-w' say.
+    Attributes
+    ----------
+    name : one of :data:`rodatlas.states.NAMES`; of a +/- pair, both members ('US+-').
+    branch : id of the branch it lies on.
+    pair : whether its reversal is another state.
+    path : names of all parts of the stable segment that it belongs to, 'U-w' say.
+    solutions : in order of increasing shear, both ends included.
+    low, high : the ends.
     """
 
     name: str
@@ -72,15 +109,19 @@ class State:
 
     @property
     def shear(self) -> tuple[float, float]:
+        """Least and largest shear."""
         return self.low.shear, self.high.shear
 
     def __repr__(self) -> str:
-        return f"State({self.name}: shear {self.low.shear:.6g} to {self.high.shear:.6g}, on branch {self.branch})"
+        return (
+            f"State({self.name}: shear {self.low.shear:.6g} ({self.low.text}) to {self.high.shear:.6g} "
+            f"({self.high.text}), on branch {self.branch})"
+        )
 
 
 @dataclass(frozen=True)
 class SliceBranch:
-    """A followed branch with its events, one for each special point that is a fold or branch point."""
+    """A followed branch with its events, one for each special point that is a fold or branch point, in order."""
 
     followed: Followed
     events: tuple[Event, ...]
@@ -89,10 +130,22 @@ class SliceBranch:
     def id(self) -> str:
         return self.followed.id
 
+    def __repr__(self) -> str:
+        return f"SliceBranch({self.id}: {len(self.followed.branch)} points, {len(self.events)} events)"
+
 
 @dataclass(frozen=True)
 class Slice:
-    """All that was found at one setting; see :func:`compute_slice`."""
+    """All that was found at one setting; see :func:`rodatlas.atlas.compute_slice`.
+
+    Attributes
+    ----------
+    settings : what it was computed for.
+    branches : all curves of equilibria, each +/- pair once.
+    states : named stable states, by name and shear.
+    warnings : what could not be followed or does not add up; empty when all is well.
+    seconds : time that the computation took.
+    """
 
     settings: SliceSettings
     branches: tuple[SliceBranch, ...]
@@ -108,6 +161,35 @@ class Slice:
         """The stable state of a name that exists at a shear."""
         fitting = [s for s in self.states if s.name == name and s.shear[0] <= shear <= s.shear[1]]
         return fitting[0] if fitting else None
+
+    def save(self, path: str | os.PathLike[str]) -> None:
+        """Write to an HDF5 file, which replaces an older one only when complete."""
+        from rodatlas.atlas.store import save_slice
+
+        save_slice(path, self)
+
+    @classmethod
+    def load(cls, path: str | os.PathLike[str]) -> Slice:
+        """Read what :meth:`save` wrote; ValueError when the file is damaged or holds something else."""
+        from rodatlas.atlas.store import load_slice
+
+        return load_slice(path)
+
+    def to_frame(self, of: str = "states") -> pd.DataFrame:
+        """A table with one row for each stable state (`of='states'`) or each event of each branch (`of='events'`)."""
+        import pandas as pd
+
+        if of not in ("states", "events"):
+            raise ValueError(f"of: expected 'states' or 'events', got '{of}'")
+        if of == "events":
+            return pd.DataFrame([{"branch": b.id, **_event_json(e)} for b in self.branches for e in b.events])
+        rows = []
+        for s in self.states:
+            row: dict[str, Any] = {"name": s.name, "pair": s.pair, "branch": s.branch, "path": s.path}
+            for side, end in (("low", s.low), ("high", s.high)):
+                row |= {f"{key}_{side}": value for key, value in _end_json(end).items()}
+            rows.append(row)
+        return pd.DataFrame(rows)
 
     def to_json(self) -> dict[str, Any]:
         """The object that `rodatlas slice --json` prints."""
@@ -126,157 +208,20 @@ class Slice:
         }
 
 
-def compute_slice(
-    settings: SliceSettings, cache: BranchCache | None = None, progress: Progress | None = None, carry: bool = True
-) -> Slice:
-    """Follow all branches of a slice, name the stable states and number the bifurcations.
-
-    Parameters
-    ----------
-    cache : keeps finished branches, so that an interrupted run can be resumed.
-    progress : called as the work goes on.
-    carry : whether states that are not connected within the slice are carried over from a reference angle.
-    """
-    start = time.perf_counter()
-    frontier = follow_slice(settings, cache, progress, carry)
-    branches = [SliceBranch(f, _bare_events(f, frontier)) for f in frontier.branches]
-    segments = [s for b in branches for s in stable_segments(b.followed, _origin(b.followed, branches))]
-    parts = [(segment, name_parts(segment.solutions, segment.followed.symmetric)) for segment in segments]
-    branches = _numbered(branches, parts)
-    states = [state for segment, names in parts for state in _states(segment, names, branches, settings)]
-    states.sort(key=lambda s: (NAMES.index(s.name), s.low.shear))
-    return Slice(settings, tuple(branches), tuple(states), tuple(frontier.warnings), time.perf_counter() - start)
-
-
-def _bare_events(followed: Followed, frontier: Frontier) -> tuple[Event, ...]:
-    """Events of a branch without numbers; pitchforks are told by the directions of the two curves."""
-    events = []
-    for special in followed.branch.special:
-        if special.kind not in ("fold", "branch point"):
-            continue
-        pitchfork = special.kind == "branch point" and _is_pitchfork(special)
-        if pitchfork and _turns(followed, special) and special.index[1] is None:
-            special = replace(special, index=(special.index[0],) * 2)  # beyond it lies the reversed branch
-        criticality = _criticality(special, frontier) if pitchfork else None
-        events.append(Event("pitchfork" if pitchfork else special.kind, special, None, criticality))
-    return tuple(events)
-
-
-def _is_pitchfork(special: SpecialPoint) -> bool:
-    """One of the two curves through the point has no component along the continuation parameter."""
-    if len(special.directions) < 2:
-        return False
-    return any(abs(d.scalars[0]) < 1e-3 for d in special.directions)
-
-
-def _turns(followed: Followed, special: SpecialPoint) -> bool:
-    """Whether a branch is the side branch at a pitchfork: the shear turns, or its broken symmetry is restored."""
-    return turns_at(special) or (not followed.symmetric and is_symmetric(special.solution))
-
-
-def _criticality(special: SpecialPoint, frontier: Frontier) -> str | None:
-    """Supercritical when the curve that turns has the smaller of the two indices of the curve that passes.
-
-    The curves are this point's branch, the branches that start here and those that were met here by others.
-    """
-    passing: set[int] = set()
-    turning: set[int] = set()
-    for f in frontier.branches:
-        for number, other in enumerate(f.branch.special):
-            if other.kind != "branch point" or not same_state(other.solution, special.solution):
-                continue
-            turns = _turns(f, other)
-            (turning if turns else passing).update(i for i in other.index if i is not None)
-            first = [g.branch.points[1].index for g in frontier.branches if g.origin == (f.id, number)]
-            starting = [i for i in first if i is not None]
-            (passing if turns else turning).update(starting)
-    if len(passing) != 2 or len(turning) != 1:
-        return None
-    return "super" if turning == {min(passing)} else "sub"
-
-
-def _origin(followed: Followed, branches: list[SliceBranch]) -> SpecialPoint | None:
-    if followed.origin is None:
-        return None
-    ident, number = followed.origin
-    parent = next(b for b in branches if b.id == ident)
-    return parent.followed.branch.special[number]
-
-
-def _find_event(branches: list[SliceBranch], special: SpecialPoint) -> Event | None:
-    """The event of a special point; the one on the main branch is preferred, since it knows the criticality."""
-    same = [
-        e for b in branches for e in b.events
-        if (e.special.kind == "fold") == (special.kind == "fold") and same_state(e.special.solution, special.solution)
-    ]  # fmt: skip
-    return max(same, key=lambda e: (e.criticality is not None, e.number is not None), default=None)
-
-
-def _numbered(
-    branches: list[SliceBranch], parts: list[tuple[Segment, list[tuple[str, int, int]]]]
-) -> list[SliceBranch]:
-    """Give the paper's numbers: first to the ends of named states, then to their neighbours."""
-    given: list[tuple[SpecialPoint, int]] = []
-    for segment, names in parts:
-        for end, bound, name in (("low", segment.low, names[0][0]), ("high", segment.high, names[-1][0])):
-            if bound.special is not None:
-                event = _find_event(branches, bound.special)
-                number = ENDS.get((name, end, event.kind)) if event else None
-                if number is not None:
-                    given.append((bound.special, number))
-
-    out = []
-    for b in branches:
-        known = {}
-        for i, special in enumerate(b.followed.branch.special):
-            for other, number in given:
-                if special.kind == other.kind and same_state(special.solution, other.solution):
-                    known[i] = number
-        numbers = number_neighbours(b.followed.branch, known)
-        positions = [i for i, x in enumerate(b.followed.branch.special) if x.kind in ("fold", "branch point")]
-        events = tuple(replace(e, number=numbers.get(i)) for i, e in zip(positions, b.events, strict=True))
-        out.append(replace(b, events=events))
-    return out
-
-
-def _states(
-    segment: Segment, names: list[tuple[str, int, int]], branches: list[SliceBranch], settings: SliceSettings
-) -> list[State]:
-    solutions = segment.solutions
-    parts = cut_segment(solutions, names, settings) if len(names) > 1 else [solutions]
-    path = "-".join(name for name, _, _ in names)
-    states = []
-    for k, ((name, _, _), part) in enumerate(zip(names, parts, strict=True)):
-        low = _end(segment.low, branches) if k == 0 else StateEnd("smooth", part[0])
-        high = _end(segment.high, branches) if k == len(names) - 1 else StateEnd("smooth", part[-1])
-        states.append(State(name, segment.followed.id, segment.followed.pair, path, tuple(part), low, high))
-    return states
-
-
-def _end(bound: Bound, branches: list[SliceBranch]) -> StateEnd:
-    """A bound as the user reads it: a state snaps at a fold and at a pitchfork that is not supercritical."""
-    if bound.special is None:
-        return StateEnd(bound.kind, bound.solution)
-    event = _find_event(branches, bound.special)
-    if event is None:
-        return StateEnd(bound.kind, bound.solution, snap=True)
-    snap = event.kind != "pitchfork" or event.criticality != "super"
-    return StateEnd(event.kind, bound.solution, event.number, snap)
-
-
 def _state_json(state: State) -> dict[str, Any]:
     return {
         "name": state.name,
         "pair": state.pair,
         "path": state.path,
         "branch": state.branch,
-        "shear": [state.low.shear, state.high.shear],
+        "shear": list(state.shear),
         "height": [state.low.height, state.high.height],
-        "ends": [
-            {"kind": e.kind, "number": e.number, "shear": e.shear, "height": e.height, "snap": e.snap}
-            for e in (state.low, state.high)
-        ],
+        "ends": [_end_json(e) for e in (state.low, state.high)],
     }
+
+
+def _end_json(end: StateEnd) -> dict[str, Any]:
+    return {"kind": end.kind, "number": end.number, "shear": end.shear, "height": end.height, "snap": end.snap}
 
 
 def _branch_json(b: SliceBranch) -> dict[str, Any]:
@@ -288,16 +233,17 @@ def _branch_json(b: SliceBranch) -> dict[str, Any]:
         "pair": b.followed.pair,
         "closed": branch.closed,
         "end_reasons": [reason.name.lower() for reason in branch.ends],
-        "special": [
-            {
-                "kind": e.kind,
-                "number": e.number,
-                "shear": e.special.solution["dD"],
-                "height": e.special.solution["height"],
-                "index": list(e.special.index),
-                "criticality": e.criticality,
-                "status": e.special.status.value,
-            }
-            for e in b.events
-        ],
+        "special": [_event_json(e) for e in b.events],
+    }
+
+
+def _event_json(event: Event) -> dict[str, Any]:
+    return {
+        "kind": event.kind,
+        "number": event.number,
+        "shear": event.shear,
+        "height": event.height,
+        "index": list(event.special.index),
+        "criticality": event.criticality,
+        "status": event.special.status.value,
     }

@@ -1,68 +1,109 @@
-"""Finished branches of a slice in a folder, one HDF5 file each, so that an interrupted run resumes."""
+"""A slice in one HDF5 file, through the store of branches and solutions.
+
+Layout: settings, version of the program, warnings and seconds as attributes; `/branches/0`, `/branches/1`, ... each a
+branch (see :mod:`rodatlas.continuation.store`) with the attribute `record` (JSON: name, symmetry, origin, events);
+`/states/0`, ... the solutions of each named state with the attribute `record` (JSON: name, ends).
+"""
 
 from __future__ import annotations
 
 import json
 import os
+from dataclasses import replace
 from pathlib import Path
+from typing import TYPE_CHECKING
 
-from rodatlas import __version__
-from rodatlas.atlas.follow import BranchCache
+from rodatlas.atlas.follow import Followed
 from rodatlas.atlas.settings import SliceSettings
-from rodatlas.continuation import Branch
+from rodatlas.atlas.slice import Event, Slice, SliceBranch, State, StateEnd
+from rodatlas.continuation.store import (
+    atomic_hdf5,
+    checked_hdf5,
+    read_branch,
+    read_solutions,
+    write_branch,
+    write_solutions,
+)
 
-SETTINGS = "settings.json"
+if TYPE_CHECKING:
+    import h5py
+
+SCHEMA = "rodatlas/slice"
 
 
-class FolderCache(BranchCache):
-    """Branches of one slice in `folder`; files of other settings or another version are removed first.
+def save_slice(path: str | os.PathLike[str], slice_: Slice) -> None:
+    """Write a slice to a file of its own."""
+    with atomic_hdf5(path, SCHEMA) as file:
+        file.attrs["identity"] = json.dumps(slice_.settings.identity())
+        file.attrs["warnings"] = json.dumps(slice_.warnings)
+        file.attrs["seconds"] = slice_.seconds
+        for i, b in enumerate(slice_.branches):
+            _write_branch(file.create_group(f"branches/{i}"), b)
+        for i, state in enumerate(slice_.states):
+            _write_state(file.create_group(f"states/{i}"), state)
 
-    Parameters
-    ----------
-    folder : made when missing.
-    settings : everything that decides the numbers; written to `settings.json` beside the branches.
-    fresh : remove what is there in any case.
+
+def load_slice(path: str | os.PathLike[str]) -> Slice:
+    """Read what :func:`save_slice` wrote."""
+    with checked_hdf5(path, SCHEMA) as file:
+        return _read_slice(file)
+
+
+def stored_slice(path: Path, settings: SliceSettings) -> Slice | None:
+    """The slice in a file if it was computed for these settings by this version; None without such a file.
 
     Raises
     ------
     ValueError
-        when the folder cannot be written.
+        when the file is damaged.
     """
-
-    def __init__(self, folder: Path, settings: SliceSettings, fresh: bool = False):
-        self.folder = folder
-        wanted = {"rodatlas": __version__, **settings.as_dict()}
-        try:
-            folder.mkdir(parents=True, exist_ok=True)
-            if fresh or self._read_settings() != wanted:
-                for old in folder.glob("*.h5"):
-                    old.unlink()
-                write_text(folder / SETTINGS, json.dumps(wanted, indent=1) + "\n")
-        except OSError as error:
-            raise ValueError(f"out: expected a folder that can be written, got {folder} ({error.strerror})") from None
-
-    def __len__(self) -> int:
-        return len(list(self.folder.glob("*.h5")))
-
-    def get(self, key: str) -> Branch | None:
-        path = self._path(key)
-        return Branch.load(path) if path.exists() else None
-
-    def put(self, key: str, branch: Branch) -> None:
-        branch.save(self._path(key))
-
-    def _path(self, key: str) -> Path:
-        return self.folder / f"{key}.h5"
-
-    def _read_settings(self) -> dict[str, object] | None:
-        try:
-            return json.loads((self.folder / SETTINGS).read_text())
-        except (OSError, ValueError):
-            return None
+    if not path.exists():
+        return None
+    with checked_hdf5(path, SCHEMA) as file:
+        return _read_slice(file) if json.loads(file.attrs["identity"]) == settings.identity() else None
 
 
-def write_text(path: Path, text: str) -> None:
-    """Replace a text file at once: a reader sees the old one or the new one, never a part."""
-    partial = path.with_name(f".{path.name}.partial")
-    partial.write_text(text)
-    os.replace(partial, path)
+def _read_slice(file: h5py.File) -> Slice:
+    settings = SliceSettings.from_identity(json.loads(file.attrs["identity"]))
+    branches = tuple(_read_branch(group) for group in _numbered(file, "branches"))
+    states = tuple(_read_state(group) for group in _numbered(file, "states"))
+    warnings = tuple(json.loads(file.attrs["warnings"]))
+    return Slice(settings, branches, states, warnings, float(file.attrs["seconds"]))
+
+
+def _numbered(file: h5py.File, name: str) -> list[h5py.Group]:
+    """The subgroups 0, 1, ... of a group; there is no group when there is nothing in it."""
+    return [file[f"{name}/{i}"] for i in range(len(file[name]))] if name in file else []
+
+
+def _write_branch(group: h5py.Group, b: SliceBranch) -> None:
+    events = [
+        {"kind": e.kind, "number": e.number, "criticality": e.criticality, "index": e.special.index} for e in b.events
+    ]
+    record = {"id": b.id, "symmetric": b.followed.symmetric, "origin": b.followed.origin, "events": events}
+    write_branch(group, b.followed.branch)
+    group.attrs["record"] = json.dumps(record)
+
+
+def _read_branch(group: h5py.Group) -> SliceBranch:
+    branch, record = read_branch(group), json.loads(group.attrs["record"])
+    origin = (record["origin"][0], record["origin"][1]) if record["origin"] else None
+    followed = Followed(record["id"], branch, record["symmetric"], origin)
+    events = []
+    for special, e in zip(followed.bifurcations, record["events"], strict=True):
+        known = replace(special, index=(e["index"][0], e["index"][1]))  # an event may know it where the branch ends
+        events.append(Event(e["kind"], known, e["number"], e["criticality"]))
+    return SliceBranch(followed, tuple(events))
+
+
+def _write_state(group: h5py.Group, state: State) -> None:
+    ends = [{"kind": e.kind, "number": e.number, "snap": e.snap} for e in (state.low, state.high)]
+    record = {"name": state.name, "branch": state.branch, "pair": state.pair, "path": state.path, "ends": ends}
+    write_solutions(group, state.solutions)
+    group.attrs["record"] = json.dumps(record)
+
+
+def _read_state(group: h5py.Group) -> State:
+    solutions, record = tuple(read_solutions(group)), json.loads(group.attrs["record"])
+    low, high = (StateEnd(solution=solutions[at], **end) for at, end in zip((0, -1), record["ends"], strict=True))
+    return State(record["name"], record["branch"], record["pair"], record["path"], solutions, low, high)

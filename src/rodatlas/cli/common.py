@@ -70,6 +70,7 @@ def progress_bar(title: str) -> Iterator[Report]:
 
 
 def _lines() -> Report:
+    """A report that prints what is being done once, without counts."""
     last = ""
 
     def report(message: str, done: int, pending: int) -> None:

@@ -13,8 +13,8 @@ from rich.table import Table
 from rodatlas.cli.common import progress_bar, settings_from, writable_folder
 
 if TYPE_CHECKING:
-    from rodatlas.atlas.settings import SliceSettings
-    from rodatlas.atlas.slice import Slice, StateEnd
+    from rodatlas.atlas import Slice, SliceSettings
+    from rodatlas.atlas.follow import Progress as Report
 
 
 def run(
@@ -24,38 +24,51 @@ def run(
     settings = settings_from(angle, compression, poisson, tol, shear_max)
     folder = writable_folder(out)
     json_file = _json_target(json_to)
-    from rodatlas.atlas.slice import compute_slice
-    from rodatlas.atlas.store import FolderCache, write_text
+    from rodatlas.atlas.cache import write_text
 
     stem = _stem(settings)
-    cache = FolderCache(folder / stem, settings, fresh)
-    if len(cache):
-        print(f"resuming: {len(cache)} finished branches in {cache.folder}", file=sys.stderr)
-    try:
-        with progress_bar(f"slice at {settings.angle_deg:g} deg") as report:
-            found = compute_slice(settings, cache, report)
-            report("figures", len(found.branches), 0)
-            figures = _figures(found, folder, stem)
-    except KeyboardInterrupt:
-        print(f"interrupted: {len(cache)} finished branches are kept in {cache.folder}; the same command resumes",
-              file=sys.stderr)  # fmt: skip
-        raise
+    data = folder / f"{stem}.h5"
+    with progress_bar(f"slice at {settings.angle_deg:g} deg") as report:
+        found = _slice(settings, data, fresh, report)
+        report("figures", len(found.branches), 0)
+        files = [*_figures(found, folder, stem), folder / f"{stem}.json", data]
     text = json.dumps(found.to_json(), indent=1) + "\n"
-    data = folder / f"{stem}.json"
-    write_text(data, text)
+    write_text(folder / f"{stem}.json", text)
     console = Console(stderr=json_to == "-")
     console.print(_table(found))
     for warning in found.warnings:
         console.print(f"warning: {warning}", style="yellow", markup=False)
     console.print(
-        f"{len(found.branches)} branches in {found.seconds:.1f} s; wrote {', '.join(str(f) for f in [*figures, data])} "
-        f"and the branches in {cache.folder}/",
+        f"{len(found.branches)} branches, computed in {found.seconds:.1f} s; files: {', '.join(map(str, files))}",
         highlight=False, soft_wrap=True,
     )  # fmt: skip
     if json_to == "-":
         sys.stdout.write(text)
     elif json_file is not None:
         write_text(json_file, text)
+
+
+def _slice(settings: SliceSettings, data: Path, fresh: bool, report: Report) -> Slice:
+    """The slice from its data file, or computed and written there; what an interrupted run has finished is used."""
+    from rodatlas.atlas import FolderCache, compute_slice
+    from rodatlas.atlas.store import stored_slice
+
+    known = None if fresh else stored_slice(data, settings)
+    if known is not None:
+        print(f"read from {data} (--fresh computes everything again)", file=sys.stderr)
+        return known
+    cache = FolderCache(data.with_suffix(""), settings, fresh)
+    if len(cache):
+        print(f"resuming: {len(cache)} finished branches in {cache.folder}", file=sys.stderr)
+    try:
+        found = compute_slice(settings, cache, report)
+    except KeyboardInterrupt:
+        print(f"interrupted: {len(cache)} finished branches are kept in {cache.folder}; the same command resumes",
+              file=sys.stderr)  # fmt: skip
+        raise
+    found.save(data)
+    cache.clear()
+    return found
 
 
 def _stem(settings: SliceSettings) -> str:
@@ -77,10 +90,9 @@ def _json_target(text: str) -> Path | None:
 
 
 def _figures(found: Slice, folder: Path, stem: str) -> list[Path]:
-    from rodatlas.atlas.coexisting import coexisting_states
-    from rodatlas.plot.diagram import draw_slice_figure
-    from rodatlas.plot.profiles import draw_profiles
-    from rodatlas.plot.style import save_figure
+    """Draw the diagram and the profiles; the files written."""
+    from rodatlas.atlas import coexisting_states
+    from rodatlas.plot import draw_profiles, draw_slice_figure, save_figure
 
     written = [*save_figure(draw_slice_figure(found), folder / f"{stem}-diagram")]
     written += save_figure(draw_profiles(coexisting_states(found)), folder / f"{stem}-profiles")
@@ -96,14 +108,5 @@ def _table(found: Slice) -> Table:
     for name in ("state", "shear", "begins at", "ends at"):
         table.add_column(name, no_wrap=True)
     for s in found.states:
-        table.add_row(s.name, f"{s.low.shear: .5f} to {s.high.shear:.5f}", _end_text(s.low), _end_text(s.high))
+        table.add_row(s.name, f"{s.low.shear: .5f} to {s.high.shear:.5f}", s.low.text, s.high.text)
     return table
-
-
-def _end_text(end: StateEnd) -> str:
-    if end.kind == "range":
-        return "range"
-    if end.kind == "smooth":
-        return "smooth"
-    number_text = f" {end.number}" if end.number is not None else ""
-    return f"{end.kind}{number_text}, {'snaps' if end.snap else 'no snap'}"

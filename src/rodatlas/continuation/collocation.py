@@ -326,8 +326,8 @@ def scaled(v: Columns, by: float) -> Columns:
 
 def free_indices(bvp: BVP, free: Sequence[str]) -> list[int]:
     """Indices of the named free parameters, their number checked against the problem's conditions."""
-    names = list(dict.fromkeys(free))
-    if len(names) != bvp.n_free:
+    names = list(free)
+    if len(names) != bvp.n_free or len(set(names)) != len(names):
         raise ValueError(
             f"free: expected {bvp.n_free} parameter name(s) ({bvp.n_boundary} boundary + {bvp.n_integral} integral "
             f"conditions - {bvp.size} unknowns + 1), got {list(free)}"

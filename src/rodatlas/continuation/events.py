@@ -17,6 +17,9 @@ from rodatlas.continuation.refine import refined
 from rodatlas.continuation.results import SpecialPoint, Status
 
 
+FOLD_NOISE = 1e-9  # tangent component of the parameter below which it is round-off: the branch is vertical
+
+
 @dataclass(frozen=True)
 class Located:
     """A special point and its place on a segment.
@@ -91,15 +94,20 @@ class Segment:
         return -1e-3 <= fraction <= 1 + 1e-3 and off < 0.1
 
 
-def changes(a: float, b: float) -> bool:
-    """Whether a test function passes zero from a to b; a zero at the left end was counted on the segment before."""
+def changes(a: float, b: float, noise: float = 0.0) -> bool:
+    """Whether a test function passes zero from a to b; a zero at the left end was counted on the segment before.
+
+    Values of both ends below the noise mean nothing.
+    """
+    if max(abs(a), abs(b)) < noise:
+        return False
     return a * b < 0 or (b == 0.0 and a != 0.0)
 
 
 def locate_events(segment: Segment, options: TraceOptions) -> list[Located]:
     """All events that the test functions report on a segment, in order along it."""
     found: list[Located] = []
-    turned = changes(*segment.fold_tests)
+    turned = changes(*segment.fold_tests, FOLD_NOISE)
     branch_point = fold = None
     if "branch point" in options.locate and changes(segment.left.branch_test[0], segment.right.branch_test[0]):
         branch_point = _locate_branch_point(segment, options)
@@ -130,7 +138,7 @@ def unresolved(segment: Segment, events: list[Located], options: TraceOptions, t
     if sum(not e.is_zero for e in events) > 1 or any(e.gap for e in events):
         return True
     both = "fold" in options.locate and "branch point" in options.locate
-    if both and sum(e.turns for e in events) % 2 != changes(*segment.fold_tests):
+    if both and sum(e.turns for e in events) % 2 != changes(*segment.fold_tests, FOLD_NOISE):
         return True
     if any(e.special.status is Status.BRACKETED for e in events) and segment.step > tried / 8:
         return True
@@ -149,7 +157,7 @@ def may_turn_twice(segment: Segment) -> bool:
     the slopes at the ends.
     """
     left, right = segment.fold_tests
-    if left * right <= 0:
+    if left * right <= 0 or max(abs(left), abs(right)) < FOLD_NOISE:
         return False
     mean = (segment.right.parameter - segment.left.parameter) / segment.step
     middle = 1.5 * mean - (left + right) / 4
@@ -164,14 +172,17 @@ def may_turn_twice(segment: Segment) -> bool:
 def may_be_singular_twice(segment: Segment) -> bool:
     """Whether two branch points may hide on a segment at whose ends the determinant has the same sign.
 
-    The smallest singular value at the point before and at both ends is interpolated by a parabola; it is suspicious
-    when that has a minimum on the segment at less than half of the values at the ends.
+    It is suspicious when the smallest singular value, extrapolated along a line from the point before and the left
+    end, reaches zero on the segment (two modes that become singular in turn), or when the parabola through these two
+    and the right end has a minimum there at less than half of the values at the ends (one mode that does so twice).
     """
     before, left, right = segment.left.weakness_before, segment.left.weakness, segment.right.weakness
     if segment.left.branch_test[0] * segment.right.branch_test[0] <= 0 or not np.isfinite([before, left, right]).all():
         return False
     h0, h1 = segment.left.previous_step, segment.step
     slope_before, slope = (left - before) / h0, (right - left) / h1
+    if left + slope_before * h1 <= 0.0:
+        return True
     bend = (slope - slope_before) / (h0 + h1)
     start = slope - bend * h1
     if bend <= 0.0 or not 0.0 < -start / (2 * bend) < h1:

@@ -113,12 +113,17 @@ class Discrepancy:
     """An interval of a branch where the index and the located events do not add up."""
 
     bracket: tuple[float, float]
-    index: tuple[int, int]
+    index: tuple[int | None, int | None]
     events: tuple[str, ...]
     parameter: tuple[float, float]
 
     def __str__(self) -> str:
         found = ", ".join(self.events) or "no event"
+        if self.index[0] == self.index[1] and not self.events:
+            return (
+                f"between parameter values {self.parameter[0]:.8g} and {self.parameter[1]:.8g} the problem is nearly "
+                "singular without a change of sign: a branch point with a kernel of even dimension, or two very close"
+            )
         return (
             f"index changes from {self.index[0]} to {self.index[1]} between parameter values {self.parameter[0]:.8g} "
             f"and {self.parameter[1]:.8g}, where {found} was located"

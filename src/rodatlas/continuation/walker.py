@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from rodatlas.continuation.collocation import Scale, add
-from rodatlas.continuation.events import Located, Segment, locate_events, unresolved
+from rodatlas.continuation.events import Located, Segment, locate_events, may_be_singular_twice, unresolved
 from rodatlas.continuation.frame import Frame, adapted, with_tests
 from rodatlas.continuation.newton import NewtonCode, fixed, newton, plane
 from rodatlas.continuation.options import TraceOptions
@@ -105,6 +105,8 @@ class Walker:
                 discrepancy = self._unexplained(point, events)
                 doubtful = discrepancy or unresolved(segment, events, self.options, self._step)
                 if not doubtful or step <= finest:
+                    if doubtful and discrepancy is None and self._nearly_singular(segment, events):
+                        discrepancy = self._record(point, ())
                     self._step = control.next_step(step, trial.first_correction, trial.iterations)
                     return self._accept(segment, point, events, discrepancy, trial.at_bound)
             step *= 0.5
@@ -189,6 +191,15 @@ class Walker:
         change = abs(point.index - last.index)
         if change <= len(kinds) and (change - len(kinds)) % 2 == 0:
             return None
+        return self._record(point, kinds)
+
+    def _nearly_singular(self, segment: Segment, events: list[Located]) -> bool:
+        """Whether the shortest step still seems to pass an even number of branch points, and none was located."""
+        watched = "branch point" in self.options.locate
+        return watched and may_be_singular_twice(segment) and not any(e.special.kind == "branch point" for e in events)
+
+    def _record(self, point: Point, kinds: tuple[str, ...]) -> Discrepancy:
+        last = self.last
         name = point.solution.parameter_names[int(self.frame.colloc.free[0])]
         return Discrepancy(
             (last.arclength, point.arclength), (last.index, point.index), kinds,

@@ -216,7 +216,7 @@ def _improve(
     improved = True
     while improved:
         improved = False
-        for trial in _neighbours(layout, orders):
+        for trial in _neighbors(layout, orders):
             found = _settle(layout, shown, trial, best[2], own)
             if found[0] < best[0] - 1e-9:
                 best, orders, improved = found, trial, True
@@ -224,8 +224,8 @@ def _improve(
     return best
 
 
-def _neighbours(layout: Layout, orders: dict[int, list[int]]) -> Iterator[dict[int, list[int]]]:
-    """Orders in which two neighbours have changed places, or one drawing has moved to the other strip."""
+def _neighbors(layout: Layout, orders: dict[int, list[int]]) -> Iterator[dict[int, list[int]]]:
+    """Orders in which two neighbors have changed places, or one drawing has moved to the other strip."""
     for strip, order in orders.items():
         for k in range(len(order) - 1):
             yield orders | {strip: [*order[:k], order[k + 1], order[k], *order[k + 2 :]]}

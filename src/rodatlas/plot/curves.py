@@ -120,13 +120,13 @@ def _knots(b: SliceBranchLike) -> list[_Knot]:
 
 
 def _index_after(one: _Knot, two: _Knot) -> int | None:
-    """Index just after the first of two neighbouring knots; a computed point is trusted before a special one."""
+    """Index just after the first of two neighboring knots; a computed point is trusted before a special one."""
     order = (two.index[0], one.index[1]) if one.special and not two.special else (one.index[1], two.index[0])
     return next((i for i in order if i is not None), None)
 
 
 def _index_before(one: _Knot, two: _Knot) -> int | None:
-    """Index just before the second of two neighbouring knots."""
+    """Index just before the second of two neighboring knots."""
     order = (one.index[1], two.index[0]) if two.special and not one.special else (two.index[0], one.index[1])
     if one.special and two.special:
         order = (one.index[1], two.index[0])
@@ -190,7 +190,7 @@ def _names_of_steps(ident: str, states: Sequence[StateLike]) -> dict[tuple[_Plac
 
 
 def _cuts_between(one: _Place, two: _Place, names: dict[tuple[_Place, _Place], str]) -> list[_Place]:
-    """Places at which a state becomes the next one between two neighbouring knots, in order."""
+    """Places at which a state becomes the next one between two neighboring knots, in order."""
     shears = sorted((one[0], two[0]))
     inside = sorted({a for a, _ in names if shears[0] < a[0] < shears[1]}, reverse=one[0] > two[0])
     route = [one, *inside, two]
@@ -211,7 +211,7 @@ def _pieces(
 
 
 def _joined(pieces: list[tuple[np.ndarray, bool, str | None]], ident: str) -> list[Stretch]:
-    """Neighbouring pieces of one kind put together."""
+    """Neighboring pieces of one kind put together."""
     out: list[Stretch] = []
     for xy, stable, name in pieces:
         if out and (out[-1].stable, out[-1].name) == (stable, name):

@@ -29,7 +29,7 @@ CAPTION = 13.0  # height of the line under or over a drawing, in points
 def draw_slice(slice_: SliceLike, ax: Axes | None = None) -> Axes:
     """Draw the bifurcation diagram of a slice.
 
-    Stable stretches are solid, in the colour of their state; unstable ones thin and dashed. Folds are open disks,
+    Stable stretches are solid, in the color of their state; unstable ones thin and dashed. Folds are open disks,
     pitchforks and other branch points filled ones, with the numbers of the literature where they have one. The two
     members of a pair have the same height: one curve stands for both.
 

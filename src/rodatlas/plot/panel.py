@@ -167,7 +167,7 @@ def _write(
     ax: Axes, anchor: np.ndarray, center: np.ndarray, text: str, size: float, color: str,
     extent: tuple[float, float], lead: float = 6.0,
 ) -> None:  # fmt: skip
-    """Text centred at a place given in points, with a thin line to its anchor when that is far."""
+    """Text centered at a place given in points, with a thin line to its anchor when that is far."""
     data = ax.transData.inverted().transform(anchor * ax.figure.dpi / 72.0)
     offset = center - anchor
     distance = np.hypot(*np.maximum(np.abs(offset) - 0.5 * np.asarray(extent), 0.0))

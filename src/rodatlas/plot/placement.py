@@ -13,18 +13,25 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from rodatlas.plot.style import FONT
+
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 PADDING = 1.6
+DIRECTIONS = 24  # in which a label may stand from its marker
 
 
 @dataclass
 class Obstacles:
     """What labels must not cover.
 
-    points : (n, 2) dense samples of curves. boxes : rectangles (left, bottom, right, top) that are taken.
-    border : rectangle within which labels must lie.
+    Attributes
+    ----------
+    points : (n, 2) dense samples of curves.
+    border : rectangle (left, bottom, right, top) within which labels must lie.
+    boxes : rectangles that are taken.
+    weights : (n,) price of covering each of the points; 1 by default.
     """
 
     points: np.ndarray
@@ -47,6 +54,7 @@ class Obstacles:
         return covered + 3.0 * shared + 50.0 * outside
 
     def take(self, center: np.ndarray, size: tuple[float, float], pad: float = 0.0) -> None:
+        """Let a rectangle be taken, widened by `pad` on all sides."""
         half = 0.5 * np.asarray(size) + pad
         low, high = center - half, center + half
         self.boxes.append((float(low[0]), float(low[1]), float(high[0]), float(high[1])))
@@ -68,13 +76,11 @@ def best_place(
     return chosen, at
 
 
-def around(anchor: np.ndarray, size: tuple[float, float], gaps: Iterable[float], directions: int = 24) -> list[
-    tuple[np.ndarray, float]
-]:  # fmt: skip
+def around(anchor: np.ndarray, size: tuple[float, float], gaps: Iterable[float]) -> list[tuple[np.ndarray, float]]:
     """Places for a label around a marker, the near ones first: the label's box is `gap` away from the anchor."""
     out = []
     for gap in gaps:
-        for angle in np.arange(directions) * 2 * np.pi / directions + np.pi / 4:
+        for angle in np.arange(DIRECTIONS) * 2 * np.pi / DIRECTIONS + np.pi / 4:
             way = np.array([np.cos(angle), np.sin(angle)])
             reach = min(
                 (0.5 * length / abs(c) for length, c in zip(size, way, strict=True) if abs(c) > 1e-9), default=0.0
@@ -84,12 +90,12 @@ def around(anchor: np.ndarray, size: tuple[float, float], gaps: Iterable[float],
 
 
 @lru_cache(maxsize=512)
-def text_size(text: str, size: float, family: str = "STIXGeneral", weight: str = "normal") -> tuple[float, float]:
-    """Width and height of a line of text, from its outlines."""
+def text_size(text: str, size: float) -> tuple[float, float]:
+    """Width and height of a line of text in the figures' type, from its outlines."""
     from matplotlib.font_manager import FontProperties
     from matplotlib.textpath import TextPath
 
-    box = TextPath((0, 0), text, prop=FontProperties(family=family, size=size, weight=weight)).get_extents()
+    box = TextPath((0, 0), text, prop=FontProperties(family=FONT, size=size)).get_extents()
     return float(box.width), float(max(box.height, 0.62 * size))
 
 

@@ -21,7 +21,7 @@ NOTE_SIZE = 7.0
 
 
 def energy_density(solution: Solution, s: np.ndarray) -> np.ndarray:
-    r"""Twice the energy density, :math:`a\kappa_1^2 + \tau^2`, in GJ/L^2."""
+    r"""Twice the energy density, :math:`a\kappa_1^2 + \tau^2` [GJ/L^2], as the paper plots it."""
     return solution["a"] * solution(s, "k1") ** 2 + solution(s, "tau") ** 2
 
 
@@ -33,13 +33,12 @@ PANELS: tuple[tuple[str, Callable[[Solution, np.ndarray], np.ndarray]], ...] = (
 )
 
 
-def draw_profiles(states: Mapping[str, Solution], shear: float | None = None) -> Figure:
-    """Draw curvature, twist, tension and energy density over the arclength, one colour for each state.
+def draw_profiles(states: Mapping[str, Solution]) -> Figure:
+    """Draw curvature, twist, tension and energy density over the arclength, one color for each state.
 
     Parameters
     ----------
     states : name -> solution, all at one setting; a member of a +/- pair is named 'US+', and stands for both.
-    shear : that of the heading; by default that of the first solution.
 
     Returns
     -------
@@ -58,12 +57,13 @@ def draw_profiles(states: Mapping[str, Solution], shear: float | None = None) ->
             ax.set_xlabel("arclength $s$  (units of $L$)")
         fig.align_ylabels(panels[:, 0])
         fig.align_ylabels(panels[:, 1])
-        _draw_heading(fig, states, shear)
+        _draw_heading(fig, states)
         fig.draw_without_rendering()
     return fig
 
 
 def _draw_panel(ax: Axes, letter: str, title: str, curves: Mapping[str, np.ndarray], s: np.ndarray) -> None:
+    """One field of all states over the arclength."""
     ax.axhline(0.0, color=FAINT, lw=0.5, zorder=0.5)
     for name, values in curves.items():
         ax.plot(s, values, color=color_of(name), lw=1.3, label=label_of(name), gid=name)
@@ -76,11 +76,10 @@ def _draw_panel(ax: Axes, letter: str, title: str, curves: Mapping[str, np.ndarr
     ax.text(0.018, 0.965, f"({letter})", transform=ax.transAxes, va="top", ha="left")
 
 
-def _draw_heading(fig: Figure, states: Mapping[str, Solution], shear: float | None) -> None:
+def _draw_heading(fig: Figure, states: Mapping[str, Solution]) -> None:
     """The setting and the names of the states above the panels; what a pair's member stands for below them."""
     first = next(iter(states.values()))
-    shear = first["dD"] if shear is None else shear
-    angle, compression = np.degrees(first["psi0"]), first["dL"]
+    angle, compression, shear = np.degrees(first["psi0"]), first["dL"], first["dD"]
     setting = rf"$\psi_0={angle:.6g}^\circ$,  $\Delta L={compression:.6g}\,L$,  $\Delta D={shear:.6g}\,L$"
     fig.text(0.077, 0.958, setting, va="center", ha="left", fontsize=9.0)
     handles, labels = fig.axes[0].get_legend_handles_labels()

@@ -12,7 +12,6 @@ from rodatlas.plot.style import INK, UNNAMED, styled
 from rodatlas.plot.surface import BandSurface, band_surface
 
 if TYPE_CHECKING:
-    from matplotlib.artist import Artist
     from matplotlib.axes import Axes
 
     from rodatlas.continuation import Solution
@@ -63,22 +62,24 @@ DEFAULT_VIEW = View()
 def render_band(
     ax: Axes, solution: Solution, width: float = DISPLAY_WIDTH, view: View = DEFAULT_VIEW, *,
     color: str | None = None, clamps: bool = True, samples: int = 241, margin: float = 0.02,
-) -> list[Artist]:  # fmt: skip
+) -> Axes:  # fmt: skip
     """Draw a band as a shaded ribbon with clamp blocks at both ends.
 
-    The side of the director d2 has the full colour, the other one is pale.
+    The side of the director d2 has the full color, the other one is pale.
 
     Parameters
     ----------
     ax : axes that this drawing has for itself; set to equal scales, without frame.
+    solution : of a rod problem.
     width : drawn width, in units of the length.
-    color : of the front; grey by default.
+    color : of the front; gray by default.
     clamps : whether to draw the blocks that hold the ends.
+    samples : number of cross-sections.
     margin : free border, in units of the length.
 
     Returns
     -------
-    the artists that were added.
+    the axes drawn on, with one collection of polygons more.
     """
     from matplotlib.collections import PolyCollection
     from matplotlib.colors import to_rgb
@@ -100,28 +101,26 @@ def render_band(
         low, high = bounds(corners)
         ax.set_xlim(low[0] - margin, high[0] + margin)
         ax.set_ylim(low[1] - margin, high[1] + margin)
-    return [drawn]
+    return ax
 
 
-def draw_triad(ax: Axes, view: View = DEFAULT_VIEW, *, size: float = 7.5) -> list[Artist]:
+def draw_triad(ax: Axes, view: View = DEFAULT_VIEW, *, size: float = 7.5) -> Axes:
     """Draw the directions of x, y and z as three small arrows, in axes of their own."""
-    artists: list[Artist] = []
     with styled():
         for name, axis in zip("xyz", np.eye(3), strict=True):
             tip = view.project(axis)[:2]
-            arrow = ax.annotate(
+            ax.annotate(
                 "", xy=(tip[0], tip[1]), xytext=(0, 0),
                 arrowprops={"arrowstyle": "-|>,head_length=0.22,head_width=0.09", "lw": 0.6, "color": INK,
                             "shrinkA": 0, "shrinkB": 0},
             )  # fmt: skip
             x, y = tip + 0.28 * tip / np.hypot(*tip)
-            text = ax.text(x, y, f"${name}$", ha="center", va="center", fontsize=size)
-            artists += [arrow, text]
+            ax.text(x, y, f"${name}$", ha="center", va="center", fontsize=size)
         ax.set_aspect("equal")
         ax.set_axis_off()
         ax.set_xlim(-0.9, 1.4)
         ax.set_ylim(-0.9, 1.4)
-    return artists
+    return ax
 
 
 def bounds(corners: Sequence[np.ndarray]) -> tuple[np.ndarray, np.ndarray]:
@@ -197,7 +196,7 @@ def _patches(corner: np.ndarray, one: np.ndarray, two: np.ndarray, color: np.nda
 
 
 def _lift(color: np.ndarray, part: float) -> np.ndarray:
-    """A colour mixed with white."""
+    """A color mixed with white."""
     return color + part * (1.0 - color)
 
 

@@ -1,4 +1,4 @@
-"""One look for all figures: colours of the named states, type, line widths, sizes, and how figures are saved."""
+"""One look for all figures: colors of the named states, type, line widths, sizes, and how figures are saved."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-# One colour for each state, the same in every figure. Any two differ by at least 24 CIE Lab units, also as seen with
+# One color for each state, the same in every figure. Any two differ by at least 24 CIE Lab units, also as seen with
 # protanopia and deuteranopia (Machado, Oliveira & Fernandes 2009), and stand out from white by at least 2.8 to 1.
 STATE_COLORS = {
     "U": "#031C97",
@@ -40,8 +40,9 @@ MARKERS: dict[str, dict[str, Any]] = {
 # widths of a figure on one and on two columns of a journal page, in inches
 ONE_COLUMN, TWO_COLUMN = 3.4, 7.0
 
+FONT = "STIXGeneral"
 RC: Any = {
-    "font.family": ["STIXGeneral"],
+    "font.family": [FONT],
     "mathtext.fontset": "stix",
     "font.size": 8.5,
     "axes.labelsize": 9.0,
@@ -78,7 +79,7 @@ def base_name(name: str) -> str:
 
 
 def color_of(name: str | None) -> str:
-    """Colour of a named state or of a member of a pair; grey for one without a name."""
+    """Color of a named state or of a member of a pair; gray for one without a name."""
     return STATE_COLORS.get(base_name(name), UNNAMED) if name else UNNAMED
 
 

@@ -6,6 +6,7 @@ from rodatlas.rods.ends import Ends
 from rodatlas.rods.perfectly_anisotropic import from_reduced, reduced_problem, rod_problem, to_reduced
 from rodatlas.rods.planar import planar_states
 from rodatlas.rods.reach import state_at
+from rodatlas.rods.second_variation import SecondVariationResult, second_variation_index
 from rodatlas.rods.stability import index_of
 from rodatlas.rods.state import RodState
 from rodatlas.rods.symmetry import (
@@ -19,7 +20,8 @@ from rodatlas.rods.symmetry import (
 )
 
 __all__ = [
-    "Band", "Ends", "IndexResult", "RodState", "asymmetry", "bending_ratio", "from_reduced", "index_nodes", "index_of",
-    "is_symmetric", "limiting_shear", "mirror_angle", "mirror_shear", "morse_index", "pair_member", "planar_states",
-    "plus_member", "reduced_problem", "reverse", "rod_problem", "state_at", "to_reduced",
+    "Band", "Ends", "IndexResult", "RodState", "SecondVariationResult", "asymmetry", "bending_ratio", "from_reduced",
+    "index_nodes", "index_of", "is_symmetric", "limiting_shear", "mirror_angle", "mirror_shear", "morse_index",
+    "pair_member", "planar_states", "plus_member", "reduced_problem", "reverse", "rod_problem",
+    "second_variation_index", "state_at", "to_reduced",
 ]  # fmt: skip

@@ -9,20 +9,22 @@ from dataclasses import dataclass
 def check_number(field: str, value: object, low: float, high: float, what: str) -> float:
     """A finite float in [low, high], or a ValueError that names the field, what was expected and what came."""
     try:
-        number = float(value)  # type: ignore[arg-type]
+        number = math.nan if isinstance(value, str) else float(value)  # type: ignore[arg-type]
     except (TypeError, ValueError):
-        raise ValueError(f"{field}: expected {what}, got {value!r}") from None
+        number = math.nan
     if not (math.isfinite(number) and low <= number <= high):
-        raise ValueError(f"{field}: expected {what}, got {value}")
+        raise ValueError(f"{field}: expected {what}, got {repr(value) if isinstance(value, str) else value}")
     return number
+
+
+def check_between(field: str, value: object, low: float, high: float, what: str) -> float:
+    """As :func:`check_number`, with the bounds themselves left out."""
+    return check_number(field, value, math.nextafter(low, high), math.nextafter(high, low), what)
 
 
 def check_poisson(value: object) -> float:
     """Poisson's ratio of an isotropic solid, -1 < nu <= 1/2."""
-    number = check_number("poisson", value, -1.0, 0.5, "a number with -1 < nu <= 0.5")
-    if number == -1.0:
-        raise ValueError("poisson: expected a number with -1 < nu <= 0.5, got -1.0")
-    return number
+    return check_number("poisson", value, math.nextafter(-1.0, 0.0), 0.5, "a number with -1 < nu <= 0.5")
 
 
 @dataclass(frozen=True)
@@ -31,12 +33,12 @@ class Band:
 
     Attributes
     ----------
-    length, width, thickness : in one unit of length, any.
+    length, width, thickness : in one unit of length, any; only their ratios enter.
     poisson : Poisson's ratio.
 
     Notes
     -----
-    Lengths are measured in units of the length L, moments in GJ/L, forces in GJ/L^2, energies in GJ/L.
+    Everywhere else lengths are in units of the length L, moments in GJ/L, forces in GJ/L^2, energies in GJ/L.
     """
 
     length: float = 240.0
@@ -46,9 +48,7 @@ class Band:
 
     def __post_init__(self) -> None:
         for field in ("length", "width", "thickness"):
-            value = check_number(f"band {field}", getattr(self, field), 0.0, math.inf, "a positive length")
-            if value == 0.0:
-                raise ValueError(f"band {field}: expected a positive length, got 0")
+            check_between(f"band {field}", getattr(self, field), 0.0, math.inf, "a positive length")
         check_poisson(self.poisson)
 
     @property
@@ -69,5 +69,12 @@ def bending_ratio(poisson: float) -> float:
 
 
 def limiting_shear(compression: float, aspect: float = 0.0) -> float:
-    r"""Largest shear without stretching, :math:`\sqrt{1 + w^2 - (1-\Delta L)^2} - w` with w = D/L."""
+    r"""Largest shear without stretching, :math:`\sqrt{1 + w^2 - (1-\Delta L)^2} - w` with w = D/L.
+
+    There a diagonal of the flat band is straight between opposite corners of the clamps.
+
+    Parameters
+    ----------
+    compression : dL. aspect : w; 0 for a rod.
+    """
     return math.sqrt(1.0 + aspect**2 - (1.0 - compression) ** 2) - aspect

@@ -132,7 +132,8 @@ def index_nodes(mesh: npt.ArrayLike, per_interval: int = 1) -> Array:
     """
     edges = np.asarray(mesh, dtype=np.float64)
     if edges.ndim != 1 or edges.size < 2 or edges[0] != 0.0 or edges[-1] != 1.0 or np.any(np.diff(edges) <= 0.0):
-        raise ValueError("mesh: expected an increasing sequence from 0 to 1")
+        got = np.array2string(edges, threshold=6)
+        raise ValueError(f"mesh: expected an increasing sequence from 0 to 1, got {got}")
     if per_interval < 1:
         raise ValueError(f"per_interval: expected at least 1, got {per_interval}")
     steps = np.repeat(np.diff(edges) / per_interval, per_interval)

@@ -5,9 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
-import numpy as np
-
-from rodatlas.rods.band import check_number, limiting_shear
+from rodatlas.rods.band import check_between, check_number, limiting_shear
 
 
 @dataclass(frozen=True)
@@ -27,27 +25,12 @@ class Ends:
 
     def __post_init__(self) -> None:
         check_number("angle", self.angle_deg, -180.0, 180.0, "degrees between -180 and 180")
-        number = check_number("compression", self.compression, 0.0, 1.0, "a number between 0 and 1 (exclusive)")
-        if number in (0.0, 1.0):
-            raise ValueError(f"compression: expected a number between 0 and 1 (exclusive), got {self.compression}")
+        check_between("compression", self.compression, 0.0, 1.0, "a number between 0 and 1 (exclusive)")
         limit = limiting_shear(self.compression)
-        check_number(
-            "shear", self.shear, -math.nextafter(limit, 0.0), math.nextafter(limit, 0.0),
-            f"a number of size below {limit:.6f}, the limit for compression {self.compression:g}",
-        )  # fmt: skip
+        what = f"a number of size below {limit:.6f}, the limit for compression {self.compression:g}"
+        check_between("shear", self.shear, -limit, limit, what)
 
     @property
     def angle(self) -> float:
         """psi0 in radians."""
         return math.radians(self.angle_deg)
-
-    @property
-    def parameters(self) -> dict[str, float]:
-        """Values by the names that the boundary value problems use."""
-        return {"psi0": self.angle, "dL": self.compression, "dD": self.shear}
-
-
-def clamp_quaternions(psi0: float) -> tuple[np.ndarray, np.ndarray]:
-    """Quaternions (q0, q1, q2, q3) of the clamps at s = 0 and s = 1."""
-    c, s = math.cos(psi0 / 2) / math.sqrt(2), math.sin(psi0 / 2) / math.sqrt(2)
-    return np.array([c, -s, c, s]), np.array([c, s, c, -s])

@@ -22,6 +22,7 @@ and R. Sepulchre (2008), section 5.5 (Hessian on a product of spheres).
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -93,6 +94,19 @@ class SecondVariationResult:
     def __repr__(self) -> str:
         note = "" if self.trusted else f", not trusted: {self.reason}"
         return f"SecondVariationResult(index={self.index}, smallest={self.smallest:.3g}{note})"
+
+
+class _Spectrum(NamedTuple):
+    """The eigenvalues on one mesh, and how Newton's method ended there.
+
+    `residual` is the last one, `deficiency` the number of end conditions that the others imply, and `departure` the
+    largest distance between sampled and discrete quaternions.
+    """
+
+    eigenvalues: Array
+    residual: float
+    deficiency: int
+    departure: float
 
 
 @dataclass(frozen=True)
@@ -198,8 +212,8 @@ def _split(jacobian: Array) -> tuple[Array, Array, int]:
     return inverse, factor[:, rank:], len(sizes) - rank
 
 
-def _discrete_spectrum(q: Array, rod: _Rod, pull: Array) -> tuple[Array, float, int, float]:
-    """Eigenvalues at the discrete equilibrium near `q` (n + 1, 4), residual, rank deficiency and departure.
+def _discrete_spectrum(q: Array, rod: _Rod, pull: Array) -> _Spectrum:
+    """Eigenvalues at the discrete equilibrium near `q` (n + 1, 4).
 
     Newton's method; multipliers that the constraints leave free (of a straight rod) stay as `pull` (3,) has them.
     """
@@ -226,7 +240,7 @@ def _discrete_spectrum(q: Array, rod: _Rod, pull: Array) -> tuple[Array, float, 
         moved[1:-1] += np.einsum("ik,ika->ia", step.reshape(-1, 3), basis)
         q = moved / np.linalg.norm(moved, axis=1)[:, None]
     eigenvalues = np.asarray(n * np.linalg.eigvalsh(on_null), dtype=np.float64)
-    return eigenvalues, residual, deficiency, float(np.abs(q - start).max())
+    return _Spectrum(eigenvalues, residual, deficiency, float(np.abs(q - start).max()))
 
 
 def _resample(s: Array, quaternion: Array, strain: Array, n: int) -> Array:
@@ -290,7 +304,7 @@ def second_variation_index(
     s, q = np.asarray(s, np.float64), np.asarray(quaternion, np.float64)
     x, w = np.asarray(position, np.float64), np.asarray(strain, np.float64)
     if s.ndim != 1 or s.size < 2 or s[0] != 0.0 or s[-1] != 1.0 or np.any(np.diff(s) <= 0.0):
-        raise ValueError("s: expected an increasing sequence from 0 to 1")
+        raise ValueError(f"s: expected an increasing sequence from 0 to 1, got {np.array2string(s, threshold=6)}")
     for name, field, width in (("quaternion", q, 4), ("position", x, 3), ("strain", w, 3)):
         if field.shape != (s.size, width) or not np.all(np.isfinite(field)):
             raise ValueError(f"{name}: expected finite numbers of shape ({s.size}, {width}), got {field.shape}")
@@ -300,16 +314,14 @@ def second_variation_index(
     rod = _Rod(np.array([a, 0.0 if b is None else b, 1.0]), x[-1] - x[0], f, b is None)
     start = np.zeros(3) if force is None else _space_force(q[0], np.asarray(force, np.float64))
     # The multiplier of the chord is -N(1) = f - N(0).
-    levels = []
-    for n in (segments // 4, segments // 2, segments):
-        levels.append(_discrete_spectrum(_resample(s, q, w, n), rod, f - start))
-    return _extrapolated(levels)
+    meshes = (segments // 4, segments // 2, segments)
+    return _extrapolated([_discrete_spectrum(_resample(s, q, w, n), rod, f - start) for n in meshes])
 
 
-def _extrapolated(levels: list[tuple[Array, float, int, float]]) -> SecondVariationResult:
+def _extrapolated(levels: list[_Spectrum]) -> SecondVariationResult:
     """Richardson's extrapolation of the eigenvalues (errors h^2, h^4) and the verdict on them."""
-    coarse, medium, fine = (level[0] for level in levels)
-    residual, departure, deficiency = levels[-1][1], levels[-1][3], levels[-1][2]
+    coarse, medium, fine = (level.eigenvalues for level in levels)
+    _, residual, deficiency, departure = levels[-1]
     keep = coarse.size
     second, fourth = (4.0 * medium[:keep] - coarse) / 3.0, (4.0 * fine[:keep] - medium[:keep]) / 3.0
     values = np.sort((16.0 * fourth - second) / 15.0)
@@ -318,7 +330,7 @@ def _extrapolated(levels: list[tuple[Array, float, int, float]]) -> SecondVariat
     index, reason = int(np.sum(values < 0.0)), ""
     if not (residual < CONVERGED and departure < MAX_DEPARTURE):
         index, reason = -1, "No equilibrium of the discrete rod is near the sampled state: use more segments."
-    elif max(level[1] for level in levels) > CONVERGED or max(level[3] for level in levels) > COARSE_DEPARTURE:
+    elif max(x.residual for x in levels) > CONVERGED or max(x.departure for x in levels) > COARSE_DEPARTURE:
         index, reason = int(np.sum(fine < 0.0)), "The coarse meshes are too coarse to extrapolate: use more segments."
     elif abs(smallest) < error:
         reason = "An eigenvalue is zero to within its error: a fold or branch point is near; use more segments."

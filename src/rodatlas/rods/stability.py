@@ -13,7 +13,12 @@ def index_of(solution: Solution, per_interval: int = 2) -> IndexResult:
 
     Parameters
     ----------
+    solution : of :func:`rodatlas.rods.perfectly_anisotropic.rod_problem`.
     per_interval : steps of the Jacobi equation on each mesh interval.
+
+    Returns
+    -------
+    the index (0: stable) with its margin and what speaks against it, if anything.
     """
     s = index_nodes(solution.mesh, per_interval)
     n1, n2, n3, m2, k1, tau = solution(s)[:, :6].T

@@ -30,6 +30,7 @@ class RodState:
 
     @property
     def s(self) -> np.ndarray:
+        """(K,) mesh points, from 0 to 1."""
         return self.solution.mesh
 
     def _columns(self, *names: str) -> np.ndarray:
@@ -48,10 +49,11 @@ class RodState:
     @cached_property
     def strain(self) -> np.ndarray:
         """(k1, k2 = 0, tau), (K, 3)."""
-        return self._columns("k1", "k1", "tau") * [1.0, 0.0, 1.0]
+        return np.insert(self._columns("k1", "tau"), 1, 0.0, axis=1)
 
     @cached_property
     def quaternion(self) -> np.ndarray:
+        """(q0, q1, q2, q3), (K, 4)."""
         return self._columns("q0", "q1", "q2", "q3")
 
     @cached_property
@@ -75,19 +77,19 @@ class RodState:
 
     @cached_property
     def energy_parts(self) -> tuple[float, float]:
-        """Bending and twisting energy [GJ/L]."""
+        """Bending and twisting energy, int a k1^2/2 ds and int tau^2/2 ds [GJ/L]."""
         sol = self.solution
         k1, tau = (sol.stages[..., sol.unknowns.index(name)] for name in ("k1", "tau"))
         return sol.mean(sol["a"] * k1**2 / 2), sol.mean(tau**2 / 2)
 
     @cached_property
     def first_integrals(self) -> dict[str, np.ndarray]:
-        """N.N, N.M and H + N3 along the rod: constant without body force."""
-        strain = (self.moment[:, 0] * self.strain[:, 0] + self.moment[:, 2] * self.strain[:, 2]) / 2
+        """N.N, N.M and H + N3 at the mesh points, (K,) each: constant without body force."""
+        density = np.einsum("ka,ka->k", self.moment, self.strain) / 2
         return {
             "N.N": np.einsum("ka,ka->k", self.force, self.force),
             "N.M": np.einsum("ka,ka->k", self.force, self.moment),
-            "H+N3": strain + self.force[:, 2],
+            "H+N3": density + self.force[:, 2],
         }
 
     @cached_property
@@ -105,6 +107,7 @@ class RodState:
 
     @property
     def asymmetry(self) -> float:
+        """Distance from the reversal; see :func:`rodatlas.rods.symmetry.asymmetry`."""
         return asymmetry(self.solution)
 
 

@@ -16,6 +16,7 @@ The members of a pair are told apart by :func:`rodatlas.rods.symmetry.pair_membe
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import NamedTuple
 
 import numpy as np
 
@@ -25,13 +26,21 @@ NAMES = ("U", "US+-", "uUu", "w", "W", "WS+-", "uUui", "S+-")
 ZERO_HEIGHT = 1e-6
 
 
+class Part(NamedTuple):
+    """A named part of a stable segment: its name, and its first and last position in the segment's solutions."""
+
+    name: str
+    first: int
+    last: int
+
+
 def middle_curvature(solution: Solution) -> float:
-    """k1 at s = 1/2."""
+    """k1 at s = 1/2 [1/L]."""
     return float(solution(0.5, "k1")[0])
 
 
-def name_parts(solutions: Sequence[Solution], symmetric: bool) -> list[tuple[str, int, int]]:
-    """Names of a stable segment, as (name, first, last) index ranges into its solutions, in order of increasing shear.
+def name_parts(solutions: Sequence[Solution], symmetric: bool) -> list[Part]:
+    """The named parts of a stable segment, in order of increasing shear.
 
     Parameters
     ----------
@@ -43,27 +52,27 @@ def name_parts(solutions: Sequence[Solution], symmetric: bool) -> list[tuple[str
     if not symmetric:
         middle = height[len(height) // 2]
         if np.abs(height).max() < ZERO_HEIGHT:
-            return [("S+-", 0, last)]
-        return [("US+-" if middle > 0 else "WS+-", 0, last)]
+            return [Part("S+-", 0, last)]
+        return [Part("US+-" if middle > 0 else "WS+-", 0, last)]
     shear = np.array([s.parameter("dD") for s in solutions])
     bend = np.array([middle_curvature(s) for s in solutions])
     if shear[0] <= 0.0 <= shear[-1]:
         if np.interp(0.0, shear, height) < 0:
-            return [("W", 0, last)]
+            return [Part("W", 0, last)]
         return _dimpled(bend, last)
     if bend[-1] > 0:
-        return [("uUu", 0, last)]
-    return [("w" if bend[-1] < bend[0] else "uUui", 0, last)]
+        return [Part("uUu", 0, last)]
+    return [Part("w" if bend[-1] < bend[0] else "uUui", 0, last)]
 
 
-def _dimpled(bend: np.ndarray, last: int) -> list[tuple[str, int, int]]:
+def _dimpled(bend: np.ndarray, last: int) -> list[Part]:
     """Cut a segment that starts as U where the middle bends over, and where the dimple is deepest."""
     below = np.flatnonzero(bend < 0)
     if len(below) == 0:
-        return [("U", 0, last)]
+        return [Part("U", 0, last)]
     over = int(below[0])
     deepest = over + int(np.argmin(bend[over:]))
-    parts = [("U", 0, over)]
+    parts = [Part("U", 0, over)]
     if deepest < last - 1:
-        return [*parts, ("w", over, deepest), ("uUui", deepest, last)]
-    return [*parts, ("w", over, last)]
+        return [*parts, Part("w", over, deepest), Part("uUui", deepest, last)]
+    return [*parts, Part("w", over, last)]

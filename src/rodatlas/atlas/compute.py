@@ -1,0 +1,158 @@
+"""Compute a slice: follow all branches, name the stable states, number the bifurcations."""
+
+from __future__ import annotations
+
+import time
+from dataclasses import replace
+
+from rodatlas.atlas.cache import BranchCache
+from rodatlas.atlas.cuts import cut_segment
+from rodatlas.atlas.follow import Followed, Frontier, Progress, follow_slice
+from rodatlas.atlas.match import same_state
+from rodatlas.atlas.numbering import ENDS, number_neighbors
+from rodatlas.atlas.segments import Bound, Segment, stable_segments
+from rodatlas.atlas.settings import SliceSettings
+from rodatlas.atlas.slice import Event, Slice, SliceBranch, State, StateEnd
+from rodatlas.continuation import SpecialPoint
+from rodatlas.continuation.events import turns_at
+from rodatlas.rods.symmetry import is_symmetric
+from rodatlas.states.names import NAMES, Part, name_parts
+
+UPRIGHT = 1e-3  # a direction through a branch point whose (scaled) shear component is below this does not change it
+
+
+def compute_slice(
+    settings: SliceSettings, cache: BranchCache | None = None, progress: Progress | None = None, carry: bool = True
+) -> Slice:
+    """Follow all branches of a slice, name the stable states and number the bifurcations.
+
+    Parameters
+    ----------
+    cache : keeps finished branches, so that an interrupted run can be resumed.
+    progress : called as the work goes on.
+    carry : whether states that are not connected within the slice are carried over from a reference angle.
+    """
+    start = time.perf_counter()
+    frontier = follow_slice(settings, cache, progress, carry)
+    branches = [SliceBranch(f, _bare_events(f, frontier)) for f in frontier.branches]
+    segments = [s for b in branches for s in stable_segments(b.followed, _origin(b.followed, branches))]
+    named = [(segment, name_parts(segment.solutions, segment.followed.symmetric)) for segment in segments]
+    branches = _numbered(branches, named)
+    states = [state for segment, parts in named for state in _states(segment, parts, branches, settings)]
+    states.sort(key=lambda s: (NAMES.index(s.name), s.low.shear))
+    return Slice(settings, tuple(branches), tuple(states), tuple(frontier.warnings), time.perf_counter() - start)
+
+
+def _bare_events(followed: Followed, frontier: Frontier) -> tuple[Event, ...]:
+    """Events of a branch without numbers; pitchforks are told by the directions of the two curves."""
+    events = []
+    for special in followed.bifurcations:
+        pitchfork = special.kind == "branch point" and _is_pitchfork(special)
+        if pitchfork and _turns(followed, special) and special.index[1] is None:
+            special = replace(special, index=(special.index[0],) * 2)  # beyond it lies the reversed branch
+        criticality = _criticality(special, frontier) if pitchfork else None
+        events.append(Event("pitchfork" if pitchfork else special.kind, special, None, criticality))
+    return tuple(events)
+
+
+def _is_pitchfork(special: SpecialPoint) -> bool:
+    """Whether one of the two curves through a branch point has no component along the shear."""
+    return len(special.directions) == 2 and any(abs(d.scalars[0]) < UPRIGHT for d in special.directions)
+
+
+def _turns(followed: Followed, special: SpecialPoint) -> bool:
+    """Whether a branch is the side branch at a pitchfork: the shear turns, or its broken symmetry is restored."""
+    return turns_at(special) or (not followed.symmetric and is_symmetric(special.solution))
+
+
+def _criticality(special: SpecialPoint, frontier: Frontier) -> str | None:
+    """Supercritical when the curve that turns has the smaller of the two indices of the curve that passes.
+
+    The curves are this point's branch, the branches that start here and those that were met here by others.
+    """
+    passing: set[int] = set()
+    turning: set[int] = set()
+    for f in frontier.branches:
+        for number, other in enumerate(f.branch.special):
+            if other.kind != "branch point" or not same_state(other.solution, special.solution):
+                continue
+            turns = _turns(f, other)
+            (turning if turns else passing).update(i for i in other.index if i is not None)
+            first = [g.branch.points[1].index for g in frontier.branches if g.origin == (f.id, number)]
+            starting = [i for i in first if i is not None]
+            (passing if turns else turning).update(starting)
+    if len(passing) != 2 or len(turning) != 1:
+        return None
+    return "super" if turning == {min(passing)} else "sub"
+
+
+def _origin(followed: Followed, branches: list[SliceBranch]) -> SpecialPoint | None:
+    """The branch point at which a side branch starts."""
+    if followed.origin is None:
+        return None
+    ident, number = followed.origin
+    parent = next(b for b in branches if b.id == ident)
+    return parent.followed.branch.special[number]
+
+
+def _find_event(branches: list[SliceBranch], special: SpecialPoint) -> Event | None:
+    """The event of a special point; the one on the main branch is preferred, since it knows the criticality."""
+    same = [
+        e for b in branches for e in b.events
+        if (e.special.kind == "fold") == (special.kind == "fold") and same_state(e.special.solution, special.solution)
+    ]  # fmt: skip
+    return max(same, key=lambda e: (e.criticality is not None, e.number is not None), default=None)
+
+
+def _numbered(branches: list[SliceBranch], named: list[tuple[Segment, list[Part]]]) -> list[SliceBranch]:
+    """Give the paper's numbers: first to the ends of named states, then to their neighbors."""
+    given = _numbers_of_ends(branches, named)
+    out = []
+    for b in branches:
+        special = b.followed.bifurcations
+        known = {
+            i: number for i, x in enumerate(special) for other, number in given
+            if x.kind == other.kind and same_state(x.solution, other.solution)
+        }  # fmt: skip
+        numbers = number_neighbors(special, known)
+        out.append(replace(b, events=tuple(replace(e, number=numbers.get(i)) for i, e in enumerate(b.events))))
+    return out
+
+
+def _numbers_of_ends(
+    branches: list[SliceBranch], named: list[tuple[Segment, list[Part]]]
+) -> list[tuple[SpecialPoint, int]]:
+    """The numbers of bifurcations at which named states end."""
+    given = []
+    for segment, parts in named:
+        for side, bound, name in (("low", segment.low, parts[0].name), ("high", segment.high, parts[-1].name)):
+            event = _find_event(branches, bound.special) if bound.special is not None else None
+            number = ENDS.get((name, side, event.kind)) if event is not None else None
+            if bound.special is not None and number is not None:
+                given.append((bound.special, number))
+    return given
+
+
+def _states(
+    segment: Segment, parts: list[Part], branches: list[SliceBranch], settings: SliceSettings
+) -> list[State]:
+    """The named states of a stable segment, with their ends."""
+    solutions = cut_segment(segment.solutions, parts, settings)
+    path = "-".join(part.name for part in parts)
+    states = []
+    for k, (part, inside) in enumerate(zip(parts, solutions, strict=True)):
+        low = _end(segment.low, branches) if k == 0 else StateEnd("smooth", inside[0])
+        high = _end(segment.high, branches) if k == len(parts) - 1 else StateEnd("smooth", inside[-1])
+        states.append(State(part.name, segment.followed.id, segment.followed.pair, path, tuple(inside), low, high))
+    return states
+
+
+def _end(bound: Bound, branches: list[SliceBranch]) -> StateEnd:
+    """A bound as the user reads it: a state snaps at a fold and at a pitchfork that is not supercritical."""
+    if bound.special is None:
+        return StateEnd(bound.kind, bound.solution)
+    event = _find_event(branches, bound.special)
+    if event is None:
+        return StateEnd(bound.kind, bound.solution, snap=True)
+    snap = event.kind != "pitchfork" or event.criticality != "super"
+    return StateEnd(event.kind, bound.solution, event.number, snap)
