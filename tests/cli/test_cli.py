@@ -31,7 +31,7 @@ def run(capsys, *arguments):
         (["slice", "--angle", "15", "--compression", "1"], "compression: expected a number between 0 and 1"),
         (["slice", "--angle", "15", "--compression", "1.5"], "compression: expected a number between 0 and 1"),
         (["slice", "--angle", "15", "--poisson", "0.6"], "poisson: expected a number with -1 < nu <= 0.5, got 0.6"),
-        (["slice", "--angle", "15", "--tol", "0"], "tol: expected a number between 1e-10 and 0.001, got 0.0"),
+        (["slice", "--angle", "15", "--tol", "0"], "tol: expected a number between 1e-10 and 1e-06, got 0.0"),
         (["slice", "--angle", "15", "--out", "/proc/rodatlas"], "out: expected a folder that can be written"),
         (["slice", "--angle", "15", "--json", "/"], "json: expected a file name or -, got the folder '/'"),
         (["slice"], "Missing option '--angle'"),

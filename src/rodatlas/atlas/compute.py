@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import time
 from dataclasses import replace
+from itertools import pairwise
 
 from rodatlas.atlas.cache import BranchCache
 from rodatlas.atlas.cuts import cut_segment
@@ -36,11 +37,21 @@ def compute_slice(
     frontier = follow_slice(settings, cache, progress, carry)
     branches = [SliceBranch(f, _bare_events(f, frontier)) for f in frontier.branches]
     segments = [s for b in branches for s in stable_segments(b.followed, _origin(b.followed, branches))]
-    named = [(segment, name_parts(segment.solutions, segment.followed.symmetric)) for segment in segments]
+    inverted = {f.id for f in frontier.branches if _holds_w(f)}
+    named = [(s, name_parts(s.solutions, s.followed.symmetric, s.followed.id in inverted)) for s in segments]
     branches = _numbered(branches, named)
     states = [state for segment, parts in named for state in _states(segment, parts, branches, settings)]
     states.sort(key=lambda s: (NAMES.index(s.name), s.low.shear))
     return Slice(settings, tuple(branches), tuple(states), tuple(frontier.warnings), time.perf_counter() - start)
+
+
+def _holds_w(followed: Followed) -> bool:
+    """Whether a branch passes a stable symmetric state of negative height at dD = 0."""
+    points = followed.branch.points
+    return followed.symmetric and any(
+        one.solution["dD"] * two.solution["dD"] <= 0 and one.index == two.index == 0 and one.solution["height"] < 0
+        for one, two in pairwise(points)
+    )
 
 
 def _bare_events(followed: Followed, frontier: Frontier) -> tuple[Event, ...]:
@@ -114,7 +125,7 @@ def _numbered(branches: list[SliceBranch], named: list[tuple[Segment, list[Part]
             i: number for i, x in enumerate(special) for other, number in given
             if x.kind == other.kind and same_state(x.solution, other.solution)
         }  # fmt: skip
-        numbers = number_neighbors(special, known)
+        numbers = number_neighbors(special, known, b.followed.branch.closed)
         out.append(replace(b, events=tuple(replace(e, number=numbers.get(i)) for i, e in enumerate(b.events))))
     return out
 

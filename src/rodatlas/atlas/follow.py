@@ -62,10 +62,14 @@ class Followed:
 
 @dataclass
 class Frontier:
-    """Branches found so far, branch points already used, warnings, and how many branch points are left to use."""
+    """Branches found so far, branch points already used, warnings, and how many branch points are left to use.
+
+    `arrivals` are branch points of symmetric branches at which reversal-broken ones end: (id, number on that branch).
+    """
 
     branches: list[Followed] = field(default_factory=list)
     used: list[SpecialPoint] = field(default_factory=list)
+    arrivals: list[tuple[Followed, int]] = field(default_factory=list)
     warnings: list[str] = field(default_factory=list)
     pending: int = 0
 
@@ -74,9 +78,10 @@ class Frontier:
         self.branches.append(followed)
         branch = followed.branch
         self.warnings += [f"branch {followed.id}: {d}" for d in branch.discrepancies]
-        for special in branch.special:
+        for number, special in enumerate(branch.special):
             if special.kind == "branch point" and not followed.symmetric and is_symmetric(special.solution):
                 self.used.append(special)  # this branch is the side branch of that point
+                self.arrivals.append((followed, number))
         for reason in branch.ends:
             if reason in (EndReason.MIN_STEP, EndReason.MESH_LIMIT, EndReason.POINT_LIMIT):
                 self.warnings.append(f"branch {followed.id} stops early: {reason.value}")
@@ -96,7 +101,7 @@ def follow_slice(
     """All branches in shear that are connected to U, W and the third mode, and those carried over in angle.
 
     Branches that are not connected inside the shear range (uUu above 27.7 degrees, say) are reached by following
-    the stable and once-unstable states of a reference angle in the angle, at fixed shear, unless `carry` is off.
+    states of reference slices in compression and angle, at fixed shear, unless `carry` is off.
 
     Parameters
     ----------
@@ -107,13 +112,16 @@ def follow_slice(
     frontier = Frontier()
     say = _Reporter(progress, frontier)
     _follow_planar(frontier, settings, cache, say)
-    if carry and abs(settings.angle_deg - settings.reference_angle_deg) > 1e-9:
-        say(f"reference slice at {settings.reference_angle_deg:g} degrees")
+    for start in settings.references() if carry else ():
+        where = f"{start.angle_deg:g} degrees, dL = {start.compression:g}"
+        say(f"reference slice at {where}")
         reference = Frontier()
-        _follow_planar(reference, settings.at_reference(), PrefixedCache(cache, "reference-"), say)
-        seeds, warnings = carried_seeds([(f.id, f.branch) for f in reference.branches], settings, cache)
+        prefix = f"reference-{start.angle_deg:g}-{start.compression:g}-"
+        _follow_planar(reference, start, PrefixedCache(cache, prefix), say)
+        seeds, warnings = carried_seeds([(f.id, f.branch) for f in reference.branches], start, settings, cache)
         frontier.warnings += [f"reference slice: {warning}" for warning in reference.warnings] + warnings
         _follow_seeds(frontier, seeds, settings, cache, say)
+        _follow_arrivals(frontier, settings, cache, say)
     return frontier
 
 
@@ -139,6 +147,26 @@ def _follow_planar(frontier: Frontier, settings: SliceSettings, cache: BranchCac
     seeds, warnings = planar_seeds(settings)
     frontier.warnings += warnings
     _follow_seeds(frontier, seeds, settings, cache, say)
+    _follow_arrivals(frontier, settings, cache, say)
+
+
+def _follow_arrivals(frontier: Frontier, settings: SliceSettings, cache: BranchCache, say: _Reporter) -> None:
+    """Symmetric branches that were met only where a reversal-broken one ends on them."""
+    options = trace_options(settings)
+    while frontier.arrivals:
+        parent, number = frontier.arrivals.pop(0)
+        special = parent.branch.special[number]
+        symmetric = [f for f in frontier.branches if f.symmetric]
+        met = [x.solution for f in symmetric for x in f.bifurcations if x.kind == "branch point"]
+        met += [f.branch.points[0].solution for f in symmetric if f.origin is not None]
+        if any(same_state(special.solution, other) for other in met):
+            continue
+        if any(lies_on(f.branch, special.solution, settings) for f in symmetric):
+            frontier.warnings.append(f"branch {parent.id} ends at {special!r}, which its symmetric branch does not list")
+            continue
+        first = len(frontier.branches)
+        _follow_both_sides(frontier, parent, number, options, cache, say)
+        _follow_side_branches(frontier, first, options, cache, say)
 
 
 def _follow_seeds(

@@ -41,13 +41,14 @@ NEIGHBORS = {
 BARRIERS = {3, 4, 10, 11}  # numbers past which no neighbor is looked for
 
 
-def number_neighbors(special: Sequence[SpecialPoint], known: dict[int, int]) -> dict[int, int]:
+def number_neighbors(special: Sequence[SpecialPoint], known: dict[int, int], closed: bool = False) -> dict[int, int]:
     """Numbers of bifurcations that follow from their neighbors on the same branch.
 
     Parameters
     ----------
     special : folds and branch points of a branch, in order.
     known : position in `special` -> number, from the states that end there.
+    closed : whether the branch goes on at its other end.
 
     Returns
     -------
@@ -58,7 +59,7 @@ def number_neighbors(special: Sequence[SpecialPoint], known: dict[int, int]) -> 
     for at in queue:
         step = _unstable_side(special[at])
         for kind, given in NEIGHBORS.get(numbers[at], {}).items():
-            found = _next(special, at, step, kind, numbers) if step else None
+            found = _next(special, at, step, kind, numbers, closed) if step else None
             if found is not None and given not in numbers.values():
                 numbers[found] = given
                 queue.append(found)
@@ -74,10 +75,11 @@ def _unstable_side(special: SpecialPoint) -> int:
 
 
 def _next(
-    special: Sequence[SpecialPoint], at: int, step: int, kind: str, numbers: dict[int, int]
+    special: Sequence[SpecialPoint], at: int, step: int, kind: str, numbers: dict[int, int], closed: bool
 ) -> int | None:
     """Position of the first special point of a kind, at most two away and not past another numbered end."""
-    for i in range(at + step, at + 3 * step, step):
+    for place in range(at + step, at + 3 * step, step):
+        i = place % len(special) if closed else place
         if not 0 <= i < len(special) or numbers.get(i) in BARRIERS:
             return None
         if special[i].kind == kind and i not in numbers:

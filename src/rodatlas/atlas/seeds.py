@@ -40,38 +40,55 @@ def planar_seeds(settings: SliceSettings) -> tuple[list[Seed], list[str]]:
 
 
 def carried_seeds(
-    reference: Iterable[tuple[str, Branch]], settings: SliceSettings, cache: BranchCache
+    reference: Iterable[tuple[str, Branch]], start: SliceSettings, settings: SliceSettings, cache: BranchCache
 ) -> tuple[list[Seed], list[str]]:
-    """States of a reference slice with index 0 or 1, followed in the angle at fixed shears; and warnings.
+    """States of a reference slice followed to another setting at fixed shears; and warnings.
+
+    Stable states are carried at many shears, since one that is stable at the reference may end at a fold on the way
+    at some shears and not at others; at high shear, states of index one too. First the compression changes, then the
+    angle.
 
     Parameters
     ----------
-    reference : names and branches of the slice at `settings.reference_angle_deg`.
-    cache : keeps the branches in the angle.
+    reference : names and branches of the slice at the settings `start`.
+    cache : keeps the branches on the way.
     """
-    here, there = settings.at_reference().angle, settings.angle
-    options = TraceOptions(  # no events and no index: the branch only carries a state, and must not pass a fold
-        mesh=MeshControl(tolerance=settings.tolerance),
-        step=StepControl(maximum=2.0),
-        bounds={"psi0": (min(here, there), max(here, there))},
-        locate=("fold",),
-        max_folds=0,
-    )
     seeds: list[Seed] = []
     warnings: list[str] = []
     for ident, branch in reference:
-        for k, start in enumerate(crossings(branch, settings.carried_shears, settings)):
-            name = f"{ident}@{settings.reference_angle_deg:g}.{k + 1}"
-            path = cache.get(f"angle-{name}")
-            if path is None:
-                try:
-                    path = trace(rod_problem(), start, ("psi0",), options, both=False,
-                                 direction=math.copysign(1.0, there - here))  # fmt: skip
-                except NotConverged as error:
-                    warnings.append(f"branch {name}: not carried over in angle: {error}")
-                    continue
-                cache.put(f"angle-{name}", path)
-            end = path.points[-1].solution
-            if path.ends[1] is EndReason.RANGE and abs(end["psi0"] - there) < 1e-9:
+        starts = crossings(branch, settings.carried_shears(start), start, most=0)
+        starts += crossings(branch, settings.carried_high_shears(start), start, most=1)
+        for k, state in enumerate(starts):
+            name = f"{ident}@{start.angle_deg:g},{start.compression:g}.{k + 1}"
+            try:
+                end = _carried(name, state, settings, cache)
+            except NotConverged as error:
+                warnings.append(f"branch {name}: not carried over: {error}")
+                continue
+            if end is not None:
                 seeds.append((name, end))
     return seeds, warnings
+
+
+def _carried(name: str, state: Solution, settings: SliceSettings, cache: BranchCache) -> Solution | None:
+    """A state followed in compression and angle to those of the settings; None when it meets a fold on the way."""
+    for parameter, value in (("dL", settings.compression), ("psi0", settings.angle)):
+        here = state[parameter]
+        if abs(here - value) < 1e-12:
+            continue
+        path = cache.get(f"{parameter}-{name}")
+        if path is None:
+            options = TraceOptions(  # no events and no index: the branch only carries a state, and must not pass a fold
+                mesh=MeshControl(tolerance=settings.tolerance),
+                step=StepControl(maximum=2.0),
+                bounds={parameter: (min(here, value), max(here, value))},
+                locate=("fold",),
+                max_folds=0,
+            )
+            direction = math.copysign(1.0, value - here)
+            path = trace(rod_problem(), state, (parameter,), options, both=False, direction=direction)
+            cache.put(f"{parameter}-{name}", path)
+        state = path.points[-1].solution
+        if path.ends[1] is not EndReason.RANGE or abs(state[parameter] - value) > 1e-9:
+            return None
+    return state

@@ -11,7 +11,9 @@ from rodatlas.rods.band import bending_ratio, check_number, check_poisson, limit
 from rodatlas.rods.ends import Ends
 
 REFERENCE_ANGLE_DEG = 15.0
-CARRIED_PARTS = (0.72, 0.86)  # parts of the limiting shear at which states are carried to another angle
+REFERENCE_COMPRESSION = 0.5
+CARRIED_PARTS = (0.35, 0.45, 0.55, 0.65)  # of the limiting shear
+CARRIED_HIGH_PARTS = (0.72, 0.86)
 
 
 def default_shear_max(compression: float) -> float:
@@ -52,7 +54,7 @@ class SliceSettings:
             f"a number from 0.001 to below {limit:.6f}, the limiting shear for compression {self.compression:g}",
         )  # fmt: skip
         check_number("shear-min", self.shear_min, -below, 0.0, f"a number between -{limit:.6f} and 0 (included)")
-        check_number("tol", self.tolerance, 1e-10, 1e-3, "a number between 1e-10 and 0.001")
+        check_number("tol", self.tolerance, 1e-10, 1e-6, "a number between 1e-10 and 1e-06")
 
     @property
     def angle(self) -> float:
@@ -64,20 +66,30 @@ class SliceSettings:
         """EI1/GJ."""
         return bending_ratio(self.poisson)
 
-    @property
-    def reference_angle_deg(self) -> float:
-        """Angle from which states that are not connected within the slice are carried over."""
-        return REFERENCE_ANGLE_DEG
+    def references(self) -> list[SliceSettings]:
+        """Settings from which states are carried over that are not connected within the slice: other than this one."""
+        at_angle = replace(self, angle_deg=REFERENCE_ANGLE_DEG)
+        usual = replace(
+            at_angle, compression=REFERENCE_COMPRESSION, shear_max=default_shear_max(REFERENCE_COMPRESSION)
+        )
+        return [s for s in dict.fromkeys((at_angle, usual)) if s.place != self.place]
 
-    def at_reference(self) -> SliceSettings:
-        """The same settings at the reference angle."""
-        return replace(self, angle_deg=self.reference_angle_deg)
-
     @property
-    def carried_shears(self) -> tuple[float, ...]:
-        """Shears at which states are carried from the reference angle: inside the range, where many states live."""
-        shears = [part * limiting_shear(self.compression) for part in CARRIED_PARTS]
-        return tuple(shear for shear in shears if shear < self.shear_max)
+    def place(self) -> tuple[float, float]:
+        """Angle and compression."""
+        return self.angle_deg, self.compression
+
+    def carried_shears(self, start: SliceSettings) -> tuple[float, ...]:
+        """Shears at which stable states are carried from another setting, inside both ranges."""
+        return self._inside(CARRIED_PARTS, start)
+
+    def carried_high_shears(self, start: SliceSettings) -> tuple[float, ...]:
+        """Shears at which states of index one are carried too."""
+        return self._inside(CARRIED_HIGH_PARTS, start)
+
+    def _inside(self, parts: tuple[float, ...], start: SliceSettings) -> tuple[float, ...]:
+        shears = (part * min(limiting_shear(s.compression) for s in (self, start)) for part in parts)
+        return tuple(shear for shear in shears if shear < min(self.shear_max, start.shear_max))
 
     def identity(self) -> dict[str, object]:
         """Everything that decides the numbers, as plain values: the fields, and the version of this program."""

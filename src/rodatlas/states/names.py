@@ -4,8 +4,8 @@ A stable segment is a stretch of a branch on which every state is stable. The ru
 
 * reversal-symmetric, containing dD = 0: `U` where the height is positive there, `W` where it is negative;
 * other symmetric segments, by the middle at their high-shear end: `uUu` where it is bent as in U (k1(1/2) > 0);
-  where it is bent the other way, `w` if that dimple has deepened with shear (k1(1/2) fell) and `uUui` if it was
-  pulled flat;
+  where it is bent the other way, `uUui` on the branch of W, elsewhere `w` if that dimple has deepened with shear
+  (k1(1/2) fell) and `uUui` if it was pulled flat;
 * a segment that starts as U and goes on without a bifurcation through a dimple is cut at these changes of shape into
   U, w and uUui (the paper's U-w and U-w-uUui); the cuts are ends of kind 'smooth';
 * reversal-broken: `US+-` above the clamp plane, `WS+-` below it, `S+-` at height zero (only at psi0 = 0).
@@ -39,13 +39,14 @@ def middle_curvature(solution: Solution) -> float:
     return float(solution(0.5, "k1")[0])
 
 
-def name_parts(solutions: Sequence[Solution], symmetric: bool) -> list[Part]:
+def name_parts(solutions: Sequence[Solution], symmetric: bool, inverted: bool = False) -> list[Part]:
     """The named parts of a stable segment, in order of increasing shear.
 
     Parameters
     ----------
     solutions : the segment's solutions, in order along the branch, shear increasing.
     symmetric : whether they are reversal-symmetric.
+    inverted : whether their branch is that of W.
     """
     last = len(solutions) - 1
     height = np.array([s.observables["height"] for s in solutions])
@@ -62,7 +63,7 @@ def name_parts(solutions: Sequence[Solution], symmetric: bool) -> list[Part]:
         return _dimpled(bend, last)
     if bend[-1] > 0:
         return [Part("uUu", 0, last)]
-    return [Part("w" if bend[-1] < bend[0] else "uUui", 0, last)]
+    return [Part("w" if bend[-1] < bend[0] and not inverted else "uUui", 0, last)]
 
 
 def _dimpled(bend: np.ndarray, last: int) -> list[Part]:
