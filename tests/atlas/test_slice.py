@@ -6,9 +6,10 @@ import numpy as np
 import pytest
 
 from rodatlas.atlas import BranchCache, SliceSettings, compute_slice, reach
+from rodatlas.atlas.match import same_state
 from rodatlas.atlas.reach import split_name
 from rodatlas.continuation import NewtonCode, NotConverged, Status
-from rodatlas.rods import index_of
+from rodatlas.rods import index_of, is_symmetric
 
 
 def events(slice_, number):
@@ -184,7 +185,42 @@ def test_a_state_that_cannot_be_carried_over_is_said(slice_15, monkeypatch):
 
     monkeypatch.setattr(seeds, "trace", fails)
     reference = [(b.id, b.followed.branch) for b in slice_15.branches if b.id == "U"]
-    found, warnings = seeds.carried_seeds(reference, SliceSettings(30.0), BranchCache())
+    found, warnings = seeds.carried_seeds(reference, SliceSettings(15.0), SliceSettings(30.0), BranchCache())
     assert found == []
-    assert len(warnings) == 2  # U is crossed at both shears
-    assert all(w.startswith(f"branch U@15.{k + 1}: not carried over in angle: ") for k, w in enumerate(warnings))
+    assert len(warnings) == 3  # U is stable at the lowest and at the two highest of the shears
+    assert all(w.startswith(f"branch U@15,0.5.{k + 1}: not carried over: ") for k, w in enumerate(warnings))
+
+
+def test_states_on_small_loops_are_carried_to_large_angles():
+    """US lives on an isolated loop up to about 72.6 degrees, and at small compressions."""
+    found = compute_slice(SliceSettings(70.0))
+    us = next(s for s in found.states if s.name == "US+-")
+    assert (us.low.number, us.high.number) == (12, 17)
+    assert us.shear == pytest.approx((0.3696, 0.5507), abs=1e-3)
+
+
+def test_a_symmetric_branch_met_only_from_its_side_is_followed():
+    """At 40 degrees a reversal-broken branch ends on a symmetric one that nothing else reaches."""
+    found = compute_slice(SliceSettings(40.0), carry=False)
+    symmetric = [b.followed for b in found.branches if b.followed.symmetric]
+    for b in found.branches:
+        last = b.followed.branch.special[-1:] if not b.followed.symmetric else ()
+        for special in last:
+            if special.kind == "branch point" and is_symmetric(special.solution):
+                ends = [x.solution for f in symmetric for x in f.bifurcations]
+                ends += [f.branch.points[0].solution for f in symmetric]
+                assert any(same_state(special.solution, other) for other in ends)
+    assert found.warnings == ()
+
+
+def test_residual_inverted_state_keeps_its_name():
+    """At 44 degrees the last of uUui lies between pitchfork 10 and fold 14."""
+    found = compute_slice(SliceSettings(44.0), carry=False)
+    short = next(s for s in found.states if s.name == "uUui" and s.path == "uUui")
+    assert (short.low.number, short.high.number) == (10, 14)
+
+
+def test_stability_is_known_close_to_the_limiting_shear():
+    found = compute_slice(SliceSettings(15.0, shear_max=0.858))
+    assert found.warnings == ()
+    assert {s.name for s in found.states if s.shear[1] == pytest.approx(0.858)} == {"US+-", "uUu", "uUui"}

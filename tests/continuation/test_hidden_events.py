@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from rodatlas.continuation import BVP, Solution, Status, TraceOptions, trace
+from rodatlas.continuation import BVP, Solution, Status, TraceOptions, integral_of, switch, trace
 
 
 def zero(bvp, **parameters):
@@ -77,3 +77,46 @@ def test_two_folds_close_together():
     assert [x.kind for x in branch.special] == ["fold"] * 2
     expected = 2 * e**3 / (3 * np.sqrt(3))
     assert np.allclose([x.solution["lam"] for x in branch.special], (expected, -expected), atol=1e-12)
+
+
+@pytest.mark.parametrize("apart", [1e-3, 0.3])
+def test_branch_points_of_two_modes_close_together(apart):
+    """Two uncoupled Chafee-Infante problems, the second shifted: pairs at (k pi)^2 and (k pi)^2 - apart."""
+    bvp = two_modes(apart)
+    branch = trace(bvp, zero(bvp, lam=1.0), ("lam",), TraceOptions(bounds={"lam": (1.0, 50.0)}), both=False)
+    expected = sorted(x - d for x in (np.pi**2, 4 * np.pi**2) for d in (0.0, apart))
+    assert np.allclose([x.solution["lam"] for x in branch.special], expected, atol=1e-6)
+
+
+def test_a_kernel_of_dimension_two_is_reported():
+    bvp = two_modes(0.0)
+    branch = trace(bvp, zero(bvp, lam=1.0), ("lam",), TraceOptions(bounds={"lam": (1.0, 20.0)}), both=False)
+    assert len(branch.discrepancies) == 1
+    low, high = branch.discrepancies[0].parameter
+    assert low - 1e-3 <= np.pi**2 <= high + 1e-3
+    assert "kernel of even dimension" in str(branch.discrepancies[0])
+
+
+def two_modes(apart):
+    return BVP(
+        lambda s, u, p: [u.v, -p.lam * u.u + u.u**3, u.z, -(p.lam + apart) * u.w + u.w**3],
+        lambda left, right, p: [left.u, right.u, left.w, right.w],
+        unknowns=("u", "v", "w", "z"),
+        parameters={"lam": 1.0},
+    )
+
+
+def test_no_folds_are_invented_on_a_vertical_branch():
+    """u'' + lam u = 0: at lam = pi^2 the solutions are all multiples of sin(pi s)."""
+    bvp = BVP(
+        lambda s, u, p: [u.v, -p.lam * u.u],
+        lambda left, right, p: [left.u, right.u],
+        unknowns=("u", "v"),
+        parameters={"lam": 1.0},
+        observables={"size": integral_of(lambda s, u, p: u.u**2)},
+    )
+    trivial = trace(bvp, zero(bvp), ("lam",), TraceOptions(bounds={"lam": (1.0, 15.0)}), both=False)
+    options = TraceOptions(bounds={"size": (-1.0, 10.0)}, max_points=300)
+    side = switch(bvp, trivial.special[0], ("lam",), options)
+    assert side.special == ()
+    assert np.abs(side.column("lam") - np.pi**2).max() < 1e-7

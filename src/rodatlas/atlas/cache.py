@@ -57,7 +57,10 @@ class FolderCache(BranchCache):
 
     def get(self, key: str) -> Branch | None:
         path = self._path(key)
-        return Branch.load(path) if path.exists() else None
+        try:
+            return Branch.load(path) if path.exists() else None
+        except ValueError as error:
+            raise ValueError(f"{error}; --fresh computes everything again") from None
 
     def put(self, key: str, branch: Branch) -> None:
         branch.save(self._path(key))

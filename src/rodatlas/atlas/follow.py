@@ -82,6 +82,12 @@ class Frontier:
             if special.kind == "branch point" and not followed.symmetric and is_symmetric(special.solution):
                 self.used.append(special)  # this branch is the side branch of that point
                 self.arrivals.append((followed, number))
+        unknown = [p.solution["dD"] for p in branch.points[1:] if p.index is None]
+        if unknown:
+            self.warnings.append(
+                f"branch {followed.id}: stability not known at {len(unknown)} points, "
+                f"shear {min(unknown):.5f} to {max(unknown):.5f}"
+            )
         for reason in branch.ends:
             if reason in (EndReason.MIN_STEP, EndReason.MESH_LIMIT, EndReason.POINT_LIMIT):
                 self.warnings.append(f"branch {followed.id} stops early: {reason.value}")
@@ -129,7 +135,7 @@ def trace_options(settings: SliceSettings) -> TraceOptions:
     """Options of every branch of a slice."""
     return TraceOptions(
         mesh=MeshControl(tolerance=settings.tolerance),
-        step=StepControl(maximum=2.0),
+        step=StepControl(maximum=20.0),
         bounds={"dD": (settings.shear_min, settings.shear_max)},
         index=morse_index_of,
         stop_at=_meets_symmetric,
@@ -162,7 +168,7 @@ def _follow_arrivals(frontier: Frontier, settings: SliceSettings, cache: BranchC
         if any(same_state(special.solution, other) for other in met):
             continue
         if any(lies_on(f.branch, special.solution, settings) for f in symmetric):
-            frontier.warnings.append(f"branch {parent.id} ends at {special!r}, which its symmetric branch does not list")
+            frontier.warnings.append(f"branch {parent.id} ends at {special!r}, which no symmetric branch lists")
             continue
         first = len(frontier.branches)
         _follow_both_sides(frontier, parent, number, options, cache, say)

@@ -32,12 +32,13 @@ def state_at_shear(near: Solution, shear: float, settings: SliceSettings) -> Sol
 
 
 def crossings(branch: Branch, shears: Sequence[float], settings: SliceSettings, most: int = 1) -> list[Solution]:
-    """Solutions of a branch exactly at given shears, where its index is at most `most`."""
+    """Solutions of a branch exactly at given shears, where its index is at most `most` on one side at least."""
     found = []
     for one, two in pairwise(branch.points):
         for shear in shears:
             a, b = one.solution["dD"] - shear, two.solution["dD"] - shear
-            if a * b < 0 and (two.index if two.index is not None else 0) <= most:
+            low = min((p.index for p in (one, two) if p.index is not None), default=0)
+            if a * b < 0 and low <= most:
                 state = state_at_shear(_nearer(one, two, shear), shear, settings)
                 if state is not None:
                     found.append(state)

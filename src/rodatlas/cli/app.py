@@ -80,6 +80,8 @@ def main(arguments: Sequence[str] | None = None) -> None:
         sys.exit(130)
     except ValueError as error:
         _fail(str(error))
+    except OSError as error:
+        _fail(f"out: expected a file that can be written, got {error.filename or ''} ({error.strerror or error})")
     except Exception as error:
         # wrong usage comes as an exception that formats its own message
         if hasattr(error, "format_message"):

@@ -38,6 +38,8 @@ def settings_from(angle: str, compression: str, poisson: str, tol: str, shear_ma
 
 def writable_folder(text: str, field: str = "out") -> Path:
     """A folder that exists (made when missing) and can be written to."""
+    if not text.strip():
+        raise ValueError(f"{field}: expected a folder that can be written, got '{text}'")
     folder = Path(text)
     try:
         folder.mkdir(parents=True, exist_ok=True)

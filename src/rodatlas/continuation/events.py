@@ -16,7 +16,6 @@ from rodatlas.continuation.options import TraceOptions
 from rodatlas.continuation.refine import refined
 from rodatlas.continuation.results import SpecialPoint, Status
 
-
 FOLD_NOISE = 1e-9  # tangent component of the parameter below which it is round-off: the branch is vertical
 
 
