@@ -224,3 +224,11 @@ def test_stability_is_known_close_to_the_limiting_shear():
     found = compute_slice(SliceSettings(15.0, shear_max=0.858))
     assert found.warnings == ()
     assert {s.name for s in found.states if s.shear[1] == pytest.approx(0.858)} == {"US+-", "uUu", "uUui"}
+
+
+def test_nearly_straight_band():
+    """At dL = 0.01 the clamps bend the band over: U is U at zero shear, then dimples without a bifurcation."""
+    found = compute_slice(SliceSettings(15.0, 0.01, shear_max=0.13, shear_min=-0.008), carry=False)
+    assert [s.name for s in found.states] == ["U", "w", "uUui"]
+    assert found.states[0].shear[0] == -0.008
+    assert any("turns back" in w for w in found.warnings)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from itertools import pairwise
 
 from rodatlas.atlas.match import state_at_shear
@@ -41,10 +41,12 @@ def cut_segment(
 
 
 def _zero(low: Solution, high: Solution, near: Solution, settings: SliceSettings) -> Solution:
-    """The state between two others at which k1(1/2) = 0."""
+    """The state between two others at which k1(1/2) = 0; the computed one next to it where none can be solved for."""
     from scipy.optimize import brentq
 
-    bend = _Bend(near, settings)
+    bend = _Bend((low, high), settings)
+    if bend(low["dD"]) * bend(high["dD"]) >= 0:
+        return near
     brentq(bend, low["dD"], high["dD"], xtol=SHEAR_TOLERANCE)
     return bend.last
 
@@ -53,19 +55,21 @@ def _least(low: Solution, high: Solution, near: Solution, settings: SliceSetting
     """The state between two others at which k1(1/2) is least."""
     from scipy.optimize import minimize_scalar
 
-    bend = _Bend(near, settings)
+    bend = _Bend((low, near, high), settings)
     found = minimize_scalar(bend, bounds=(low["dD"], high["dD"]), method="bounded", options={"xatol": LEAST_TOLERANCE})
     bend(float(found.x))
     return bend.last
 
 
 class _Bend:
-    """k1(1/2) as a function of the shear near a solution; keeps the last solution."""
+    """k1(1/2) as a function of the shear, solved from the nearest of some known states; keeps the last solution."""
 
-    def __init__(self, near: Solution, settings: SliceSettings):
-        self.last = near
-        self._solve: Callable[[float], Solution | None] = lambda shear: state_at_shear(near, shear, settings)
+    def __init__(self, known: Sequence[Solution], settings: SliceSettings):
+        self.last = known[0]
+        self._known, self._settings = known, settings
 
     def __call__(self, shear: float) -> float:
-        self.last = self._solve(shear) or self.last
+        nearest = min(self._known, key=lambda s: abs(s["dD"] - shear))
+        exact = nearest["dD"] == shear
+        self.last = nearest if exact else state_at_shear(nearest, shear, self._settings) or self.last
         return middle_curvature(self.last)

@@ -23,6 +23,13 @@ def default_shear_max(compression: float) -> float:
     return round(0.82 * limiting_shear(compression) / limiting_shear(0.5), 9)
 
 
+def default_shear_min(compression: float) -> float:
+    """-0.05 at dL = 1/2, and the same fraction of the limiting shear at other compressions."""
+    if not 0.0 < compression < 1.0:
+        return -0.05
+    return -round(0.05 * limiting_shear(compression) / limiting_shear(0.5), 9)
+
+
 @dataclass(frozen=True)
 class SliceSettings:
     """A slice of the atlas: shear varies, all else is fixed.

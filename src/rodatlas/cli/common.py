@@ -27,12 +27,13 @@ def number(field: str, text: str) -> float:
 
 def settings_from(angle: str, compression: str, poisson: str, tol: str, shear_max: str = "") -> SliceSettings:
     """Settings of a slice from the texts that the user typed; an empty shear_max stands for the default."""
-    from rodatlas.atlas.settings import SliceSettings, default_shear_max
+    from rodatlas.atlas.settings import SliceSettings, default_shear_max, default_shear_min
 
     held = number("compression", compression)
     return SliceSettings(
         number("angle", angle), held, number("poisson", poisson),
-        number("shear-max", shear_max) if shear_max else default_shear_max(held), tolerance=number("tol", tol),
+        number("shear-max", shear_max) if shear_max else default_shear_max(held), default_shear_min(held),
+        number("tol", tol),
     )  # fmt: skip
 
 

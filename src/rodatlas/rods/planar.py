@@ -77,5 +77,5 @@ def _leg(start: Solution, name: str, value: float, beyond: bool, options: TraceO
     if not beyond and start[name] == value:
         return None
     bounds = (-10.0, value) if beyond else (value, start[name])
-    options = replace(options, bounds={name: bounds}, max_points=300, max_folds=2, locate=("fold",))
+    options = replace(options, bounds={name: bounds}, max_points=2000, max_folds=2, locate=("fold",))
     return trace(rod_problem(), start, (name,), options, both=False, direction=-1.0)

@@ -60,14 +60,17 @@ def name_parts(solutions: Sequence[Solution], symmetric: bool, inverted: bool = 
     if shear[0] <= 0.0 <= shear[-1]:
         if np.interp(0.0, shear, height) < 0:
             return [Part("W", 0, last)]
-        return _dimpled(bend, last)
+        return _dimpled(np.where(shear < 0.0, np.abs(bend), bend), last)
     if bend[-1] > 0:
         return [Part("uUu", 0, last)]
     return [Part("w" if bend[-1] < bend[0] and not inverted else "uUui", 0, last)]
 
 
 def _dimpled(bend: np.ndarray, last: int) -> list[Part]:
-    """Cut a segment that starts as U where the middle bends over, and where the dimple is deepest."""
+    """Cut a segment that starts as U where the middle bends over, and where the dimple is deepest.
+
+    Only dD >= 0 counts: at negative shear the shapes are mirror images of those at positive shear.
+    """
     below = np.flatnonzero(bend < 0)
     if len(below) == 0:
         return [Part("U", 0, last)]
