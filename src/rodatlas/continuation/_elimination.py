@@ -2,6 +2,7 @@
 
 All sizes are run-time values, so that one compilation, cached on disk, serves every problem, mesh and number of
 collocation points. Notation: N intervals, m stages, n unknowns, k scalars, q conditions at the ends, r dense rows.
+They stay in one file because a Numba cache does not notice changes of functions that live in another one.
 """
 
 from typing import Any
@@ -62,6 +63,43 @@ def _back_rows(a, size, columns):
         f = 1.0 / a[i, i]
         for j in range(first, total):
             a[i, j] *= f
+
+
+@njit(**_OPTIONS)
+def _lu_solve(a, pivots, size, x):
+    """Overwrite x by A^-1 x with the factors of `_factor_rows`; the stored multipliers are in final row order."""
+    for p in range(size):
+        t = x[pivots[p]]
+        x[pivots[p]] = x[p]
+        x[p] = t
+    for p in range(size):
+        t = x[p]
+        for i in range(p + 1, size):
+            x[i] -= a[i, p] * t
+    for p in range(size - 1, -1, -1):
+        t = x[p]
+        for i in range(p + 1, size):
+            t -= a[p, i] * x[i]
+        x[p] = t / a[p, p]
+
+
+@njit(**_OPTIONS)
+def _lu_solve_transposed(a, pivots, size, x):
+    """Overwrite x by A^-T x with the factors of `_factor_rows`."""
+    for p in range(size):
+        t = x[p] / a[p, p]
+        x[p] = t
+        for i in range(p + 1, size):
+            x[i] -= a[p, i] * t
+    for p in range(size - 1, -1, -1):
+        t = x[p]
+        for i in range(p + 1, size):
+            t -= a[i, p] * x[i]
+        x[p] = t
+    for p in range(size - 1, -1, -1):
+        t = x[pivots[p]]
+        x[pivots[p]] = x[p]
+        x[p] = t
 
 
 @njit(**_OPTIONS)
@@ -174,20 +212,7 @@ def solve_stages(rhs, jac, h, d_inv, member_ptr, members, coupled, own_ptr, own,
                     x[i * size + up[1, e]] += h[j] * jac[j * m + i, up[0, e]] * r[i * n + up[2, e]]
             if coupled[c]:
                 f = lu[j, lu_ptr[c]:lu_ptr[c + 1]].reshape(rows, rows)
-                pv = piv[j, piv_ptr[c]:piv_ptr[c + 1]]
-                for p in range(rows):
-                    t = x[pv[p]]
-                    x[pv[p]] = x[p]
-                    x[p] = t
-                for p in range(rows):
-                    t = x[p]
-                    for i in range(p + 1, rows):
-                        x[i] -= f[i, p] * t
-                for p in range(rows - 1, -1, -1):
-                    t = x[p]
-                    for i in range(p + 1, rows):
-                        t -= f[p, i] * x[i]
-                    x[p] = t / f[p, p]
+                _lu_solve(f, piv[j, piv_ptr[c]:piv_ptr[c + 1]], rows, x)
                 for i in range(m):
                     for a in range(size):
                         r[i * n + members[member_ptr[c] + a]] = x[i * size + a]
@@ -218,21 +243,7 @@ def solve_stages_transposed(rhs, jac, h, d_inv, member_ptr, members, coupled, ow
                     x[i * size + a] = r[i * n + members[member_ptr[c] + a]]
             if coupled[c]:
                 f = lu[j, lu_ptr[c]:lu_ptr[c + 1]].reshape(rows, rows)
-                pv = piv[j, piv_ptr[c]:piv_ptr[c + 1]]
-                for p in range(rows):
-                    t = x[p] / f[p, p]
-                    x[p] = t
-                    for i in range(p + 1, rows):
-                        x[i] -= f[p, i] * t
-                for p in range(rows - 1, -1, -1):
-                    t = x[p]
-                    for i in range(p + 1, rows):
-                        t -= f[i, p] * x[i]
-                    x[p] = t
-                for p in range(rows - 1, -1, -1):
-                    t = x[pv[p]]
-                    x[pv[p]] = x[p]
-                    x[p] = t
+                _lu_solve_transposed(f, piv[j, piv_ptr[c]:piv_ptr[c + 1]], rows, x)
                 for i in range(m):
                     for a in range(size):
                         r[i * n + members[member_ptr[c] + a]] = x[i * size + a]
@@ -392,20 +403,7 @@ def solve_mesh(rhs_chain, rhs_ends, rhs_dense, merged, merge_piv, final, final_p
         y[n + e] = rhs_ends[e]
     for e in range(r):
         y[n + q + e] = rhs_dense[e]
-    for p in range(size):
-        at = final_piv[p]
-        t = y[at]
-        y[at] = y[p]
-        y[p] = t
-    for p in range(size):
-        t = y[p]
-        for i in range(p + 1, size):
-            y[i] -= final[i, p] * t
-    for p in range(size - 1, -1, -1):
-        t = y[p]
-        for i in range(p + 1, size):
-            t -= final[p, i] * y[i]
-        y[p] = t / final[p, p]
+    _lu_solve(final, final_piv, size, y)
     for a in range(n):
         u[0, a] = y[a]
         u[n_int, a] = y[n + a]
@@ -457,21 +455,7 @@ def solve_mesh_transposed(c_u, c_scal, merged, merge_piv, final, final_piv, chai
         y[n + a] = c[n_int, a]
     for t in range(k):
         y[2 * n + t] = s[t]
-    for p in range(size):
-        t = y[p]
-        for b in range(p):
-            t -= final[b, p] * y[b]
-        y[p] = t / final[p, p]
-    for p in range(size - 1, -1, -1):
-        t = y[p]
-        for i in range(p + 1, size):
-            t -= final[i, p] * y[i]
-        y[p] = t
-    for p in range(size - 1, -1, -1):
-        at = final_piv[p]
-        t = y[at]
-        y[at] = y[p]
-        y[p] = t
+    _lu_solve_transposed(final, final_piv, size, y)
     x = np.empty(2 * n + r)
     for a in range(n):
         x[n + a] = y[a]

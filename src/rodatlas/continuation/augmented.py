@@ -192,10 +192,14 @@ def _borders(colloc: Collocation, x: Columns, tangent: Columns) -> tuple[list[Ro
         psi = fac.solve_transposed(Columns(weights.stage, np.zeros_like(phi.mesh), weights.scalars))
     phi = add(phi, (-colloc.inner(phi, tangent), tangent))
     phi = scaled(phi, 1.0 / colloc.norm(phi))
+    return [row, colloc.row(phi)], left_column(colloc, psi)
+
+
+def left_column(colloc: Collocation, psi: Blocks) -> Blocks:
+    """Artificial column from a left vector of a bordered matrix: the share of the problem's own equations."""
     psi = unit(psi)
     n_boundary, n_integral = colloc.bvp.n_boundary, colloc.bvp.n_integral
-    column = Blocks(psi.stage, np.zeros_like(psi.chain), psi.ends[:n_boundary], psi.dense[:n_integral])
-    return [row, colloc.row(phi)], column
+    return Blocks(psi.stage, np.zeros_like(psi.chain), psi.ends[:n_boundary], psi.dense[:n_integral])
 
 
 def unit(w: Blocks) -> Blocks:

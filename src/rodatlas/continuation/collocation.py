@@ -320,6 +320,16 @@ def add(x: Columns, *terms: tuple[float, Columns], keep: int | None = None) -> C
     return Columns(stage, mesh, scal)
 
 
+def predicted(
+    x: Columns, tangent: Columns, step: float, previous: Columns | None, previous_step: float
+) -> Columns:
+    """Quadratic predictor of a curve: the tangent, bent as it was bent over the last step."""
+    if previous is None:
+        return add(x, (step, tangent))
+    bend = step * step / (2 * previous_step)
+    return add(x, (step + bend, tangent), (-bend, previous))
+
+
 def scaled(v: Columns, by: float) -> Columns:
     return Columns(v.stage * by, v.mesh * by, v.scalars * by)
 

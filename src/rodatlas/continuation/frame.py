@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from rodatlas.continuation.augmented import kernel_directions
-from rodatlas.continuation.collocation import Collocation, Scale, add, scaled
+from rodatlas.continuation.collocation import Collocation, Scale, add, predicted, scaled
 from rodatlas.continuation.linear import Blocks, Columns, Factorization
 from rodatlas.continuation.mesh import equidistribute, error_estimate, monitor, wanted_intervals
 from rodatlas.continuation.newton import NewtonCode, NewtonResult, fixed, newton, plane
@@ -45,11 +45,8 @@ class Frame:
         return float(self.tangent.scalars[0])
 
     def predict(self, step: float) -> Columns:
-        """Quadratic predictor: the tangent, bent as it was bent over the last step."""
-        if self.previous is None:
-            return add(self.x, (step, self.tangent))
-        bend = step * step / (2 * self.previous_step)
-        return add(self.x, (step + bend, self.tangent), (-bend, self.previous))
+        """Where the curve is expected after a step."""
+        return predicted(self.x, self.tangent, step, self.previous, self.previous_step)
 
     def reached(self, state: Columns, fac: Factorization, step: float) -> Frame:
         """The frame at a corrected state, whose last matrix was bordered with this frame's tangent."""

@@ -73,33 +73,24 @@ class _Walk:
         self.events: list[LocusEvent] = []
 
     def run(self) -> None:
+        """Walk until there is a reason to end."""
         control, step = self.options.step, self.options.step.initial
         while self.end is None:
             tried = self._attempt(step)
-            if tried is None:
+            bound = self._crossed(tried[0]) if tried is not None else None
+            landed = self._land(step, *bound) if bound is not None else None
+            if tried is None or (bound is not None and landed is None):
                 step *= 0.5
-                if step < control.minimum:
-                    self.end = EndReason.MIN_STEP
+                self.end = EndReason.MIN_STEP if step < control.minimum else None
                 continue
-            frame, first = tried
-            bound = self._crossed(frame)
-            if bound is not None:
-                landed = self._land(step, *bound)
-                if landed is None:
-                    step *= 0.5
-                    if step < control.minimum:
-                        self.end = EndReason.MIN_STEP
-                    continue
-                frame, taken = landed
-                self.end = EndReason.RANGE
-            else:
-                taken = step
+            frame, taken = landed or (tried[0], step)
+            self.end = EndReason.RANGE if landed else None
             self._locate(frame, taken)
             self._accept(frame, taken)
-            step = control.next_step(step, first, frame.iterations)
+            step = control.next_step(step, tried[1], frame.iterations)
 
     def _attempt(self, step: float) -> tuple[LocusFrame, float] | None:
-        """Correct a step; None when a smaller one is needed."""
+        """Correct a step: the frame and the first correction; None when a smaller step is needed."""
         control, here = self.options.step, self.frame
         guess = here.predict(step)
         found = correct(self.kind, here, guess, here.tangent, self.options)

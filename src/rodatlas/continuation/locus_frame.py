@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from rodatlas.continuation.collocation import Collocation, Scale, add, scaled
+from rodatlas.continuation.collocation import Collocation, Scale, add, predicted, scaled
 from rodatlas.continuation.linear import Blocks, Columns
 from rodatlas.continuation.locus_start import kernel_border
 from rodatlas.continuation.locus_system import Border, Local, local_problem
@@ -31,10 +31,7 @@ class LocusFrame:
     iterations: int = 0
 
     def predict(self, step: float) -> Columns:
-        if self.previous is None:
-            return add(self.x, (step, self.tangent))
-        bend = step * step / (2 * self.previous_step)
-        return add(self.x, (step + bend, self.tangent), (-bend, self.previous))
+        return predicted(self.x, self.tangent, step, self.previous, self.previous_step)
 
     def reversed(self) -> LocusFrame:
         return replace(self, tangent=scaled(self.tangent, -1.0), previous=None, tests=dict(self.tests))

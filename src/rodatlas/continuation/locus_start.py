@@ -1,10 +1,10 @@
-"""Kernel vectors at a fold or branch point, from inverse iteration on a perturbed matrix."""
+"""Kernel vectors at a fold or branch point, from one solve of a matrix with random borders."""
 
 from __future__ import annotations
 
 import numpy as np
 
-from rodatlas.continuation.augmented import unit
+from rodatlas.continuation.augmented import left_column, unit
 from rodatlas.continuation.collocation import Collocation, Row, add, scaled
 from rodatlas.continuation.linear import Blocks, Columns
 from rodatlas.continuation.locus_system import Border
@@ -47,7 +47,5 @@ def kernel_border(kind: str, colloc: Collocation, x: Columns) -> Border | None:
         vectors.append(scaled(v, 1.0 / colloc.norm(v)))
     one = np.zeros(len(scalars) + 1)
     one[-1] = 1.0
-    psi = unit(fac.solve_transposed(Columns(np.zeros_like(x.stage), np.zeros_like(x.mesh), one)))
-    n_boundary, n_integral = colloc.bvp.n_boundary, colloc.bvp.n_integral
-    left = Blocks(psi.stage, np.zeros_like(psi.chain), psi.ends[:n_boundary], psi.dense[:n_integral])
-    return Border(tuple(vectors), left)
+    psi = fac.solve_transposed(Columns(np.zeros_like(x.stage), np.zeros_like(x.mesh), one))
+    return Border(tuple(vectors), left_column(colloc, psi))

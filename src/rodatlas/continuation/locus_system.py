@@ -27,7 +27,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from rodatlas.continuation.augmented import unit
+from rodatlas.continuation.augmented import left_column, unit
 from rodatlas.continuation.collocation import Collocation, Linearization, Row, add, scaled
 from rodatlas.continuation.linear import Blocks, Columns, Factorization
 
@@ -142,8 +142,8 @@ def _fold(colloc: Collocation, x: Columns, lin: Linearization, border: Border) -
     conditions = np.array([[share_lambda, share_mu, g], [gradient.dot(d) for d in directions]])
     values = np.array([-share, -(g + gradient.dot(base))])
     size = colloc.norm(phi)
-    tests = {"cusp": conditions[1, 2] / size**2, "branch point": share_lambda}
-    new = Border((scaled(phi, 1.0 / size),), _column(colloc, psi))
+    tests = {"cusp": conditions[1, 2] / size**2}
+    new = Border((scaled(phi, 1.0 / size),), left_column(colloc, psi))
     return Local(base, share, directions, np.array([share_lambda, share_mu, g]), conditions, values, new, tests)
 
 
@@ -170,7 +170,7 @@ def _branch_point(colloc: Collocation, x: Columns, lin: Linearization, border: B
     tests = {"criticality": _cubic(colloc, x, b, v1, v2, psi)}
     return Local(
         base, share, directions, np.array([share_mu, g1, g2]), conditions, values,
-        Border(_orthonormal(colloc, v1, v2), _column(colloc, psi)), tests, HOLD,
+        Border(_orthonormal(colloc, v1, v2), left_column(colloc, psi)), tests, HOLD,
     )  # fmt: skip
 
 
@@ -194,9 +194,3 @@ def _orthonormal(colloc: Collocation, v1: Columns, v2: Columns) -> tuple[Columns
     one = scaled(v1, 1.0 / colloc.norm(v1))
     two = add(v2, (-colloc.inner(v2, one), one))
     return one, scaled(two, 1.0 / colloc.norm(two))
-
-
-def _column(colloc: Collocation, psi: Blocks) -> Blocks:
-    psi = unit(psi)
-    n_boundary, n_integral = colloc.bvp.n_boundary, colloc.bvp.n_integral
-    return Blocks(psi.stage, np.zeros_like(psi.chain), psi.ends[:n_boundary], psi.dense[:n_integral])
