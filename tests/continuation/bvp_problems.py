@@ -109,3 +109,18 @@ def constant(bvp: BVP, values=None, **parameters: float) -> Solution:
     values = np.zeros(bvp.size) if values is None else np.asarray(values, float)
     merged = {**bvp.parameters, **parameters}
     return Solution.from_function(lambda s: np.tile(values, (len(s), 1)), bvp.unknowns, merged)
+
+
+def circle() -> BVP:
+    """x^2 + lam^2 = 1: a closed curve with two folds."""
+    return algebraic(lambda u, p: [u.x**2 + p.lam**2 - 1], observables={"x0": end_value(lambda left, right, p: left.x)})
+
+
+def pitchfork() -> BVP:
+    """x (lam - x^2) = 0."""
+    return algebraic(lambda u, p: [u.x * (p.lam - u.x**2)])
+
+
+def kinds(branch) -> list[str]:
+    """Kinds of the special points of a branch, in order."""
+    return [x.kind for x in branch.special]
