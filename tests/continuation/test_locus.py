@@ -1,5 +1,7 @@
 """Loci of folds and branch points in two parameters, and the points at which they meet, end or turn."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
@@ -153,8 +155,11 @@ def test_a_pitchfork_changes_between_super_and_subcritical():
 
 def test_wrong_arguments_are_named():
     bvp = gelfand()
-    branch = trace(bvp, zero(bvp), ("lam",), TraceOptions(bounds={"lam": (0.0, 5.0)}, zeros={"mean": 0.5}), both=False)
-    with pytest.raises(ValueError, match="start: expected a fold or a branch point, got a zero of mean"):
-        follow_locus(bvp, branch.of_kind("zero of mean")[0], ("lam", "eps"))
+    branch = trace(bvp, zero(bvp), ("lam",), TraceOptions(bounds={"lam": (0.0, 5.0)}), both=False)
+    fold = branch.of_kind("fold")[0]
     with pytest.raises(ValueError, match="free: expected 2 parameter names for a locus"):
-        follow_locus(bvp, branch.of_kind("fold")[0], ("lam",))
+        follow_locus(bvp, fold, ("lam",))
+    with pytest.raises(ValueError, match="start: expected a fold, a branch point or a zero, got a cusp"):
+        follow_locus(bvp, replace(fold, kind="cusp"), ("lam", "eps"))
+    with pytest.raises(ValueError, match=r"bounds: expected the start inside those of 'eps', 0\.3 to 1\.0, got 0\.2"):
+        follow_locus(bvp, fold, ("lam", "eps"), TraceOptions(bounds={"eps": (0.3, 1.0)}))

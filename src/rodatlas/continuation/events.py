@@ -151,14 +151,18 @@ def unresolved(segment: Segment, events: list[Located], options: TraceOptions, t
 def may_turn_twice(segment: Segment) -> bool:
     """Whether two folds may hide on a segment at whose ends the parameter changes in the same direction.
 
-    Values and slopes of the parameter at both ends give its slope in the middle (cubic Hermite interpolation); it is
-    suspicious when the parabola through the three slopes has an extremum on the segment where it falls below half of
-    the slopes at the ends.
+    It is suspicious when the slope of the parameter dips on the segment (see :func:`dips`).
     """
-    left, right = segment.fold_tests
-    if left * right <= 0 or max(abs(left), abs(right)) < FOLD_NOISE:
+    return dips(*segment.fold_tests, (segment.right.parameter - segment.left.parameter) / segment.step, FOLD_NOISE)
+
+
+def dips(left: float, right: float, mean: float, noise: float = 0.0) -> bool:
+    """Whether a slope that is `left` and `right` at the ends of a step and `mean` on average dips between them.
+
+    It does when the parabola with these ends and this mean has an extremum there below half of the values at the ends.
+    """
+    if left * right <= 0 or max(abs(left), abs(right)) < noise:
         return False
-    mean = (segment.right.parameter - segment.left.parameter) / segment.step
     middle = 1.5 * mean - (left + right) / 4
     bend = 2 * (left + right - 2 * middle)  # slope(x) = left + start x + bend x^2 on 0 <= x <= 1
     start = right - left - bend

@@ -109,10 +109,11 @@ class NumbaFactorization:
         kern, a = kernels(), self._matrix
         n_int, m, n, k = a.sizes
         stage = rhs.stage.reshape(n_int, m * n).copy()
-        kern.solve_stages(
-            stage, a.jac, a.step, a.scheme.d_inv, *_structure(a.sparsity), self._lu_ptr, self._lu, self._piv_ptr,
-            self._piv,
-        )  # fmt: skip
+        if stage.any():  # kernel vectors have no residual
+            kern.solve_stages(
+                stage, a.jac, a.step, a.scheme.d_inv, *_structure(a.sparsity), self._lu_ptr, self._lu, self._piv_ptr,
+                self._piv,
+            )  # fmt: skip
         shaped = stage.reshape(n_int, m, n)
         chain = rhs.chain + np.einsum("i,jia->ja", a.scheme.c_stage, shaped)
         dense = rhs.dense - a.dense.reshape(len(rhs.dense), stage.size) @ stage.ravel()

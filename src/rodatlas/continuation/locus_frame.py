@@ -1,54 +1,93 @@
-"""A point of a locus on its discretisation: correction, adaptation of the mesh, and the first one."""
+"""A point of a locus on its discretization: correction, adaptation of the mesh, and the first one."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
 from rodatlas.continuation.collocation import Collocation, Scale, add, predicted, scaled
 from rodatlas.continuation.linear import Blocks, Columns
 from rodatlas.continuation.locus_start import kernel_border
-from rodatlas.continuation.locus_system import Border, Local, local_problem
+from rodatlas.continuation.locus_system import KINDS, Border, Local, Tests, local_problem
+from rodatlas.continuation.locus_value import ValueLocal, value_problem
 from rodatlas.continuation.mesh import equidistribute, halved, monitor, relative_change
 from rodatlas.continuation.options import TraceOptions
 from rodatlas.continuation.problem import BVP
 from rodatlas.continuation.results import SpecialPoint
 
+SHARP = 1e-9  # distance from the solution at which test functions are as good as exact
+
+
+@dataclass(frozen=True)
+class Sought:
+    """What is followed: 'fold', 'branch point', or 'zero of NAME' with the value that NAME keeps."""
+
+    kind: str
+    name: str = ""
+    value: float = 0.0
+
+    @classmethod
+    def of(cls, start: SpecialPoint) -> Sought:
+        """What a special point is a point of; ValueError for a kind that has no locus."""
+        if start.kind in KINDS:
+            return cls(start.kind)
+        if not start.kind.startswith("zero of "):
+            raise ValueError(f"start: expected a fold, a branch point or a zero, got a {start.kind}")
+        name = start.kind.removeprefix("zero of ")
+        return cls(start.kind, name, start.solution[name])
+
+    def local(self, colloc: Collocation, x: Columns, border: Border, beta: float) -> Local | ValueLocal | None:
+        """The linear problem at a state."""
+        if self.kind in KINDS:
+            return local_problem(self.kind, colloc, x, border, beta)
+        return value_problem(self.name, self.value, colloc, x)
+
 
 @dataclass(frozen=True)
 class LocusFrame:
-    """A point of the locus on its discretisation."""
+    """A point of the locus on its discretization.
+
+    `unfolding` is the artificial unknown of a branch point; `noise` the distance to the iterate at which tangent and
+    test functions were evaluated.
+    """
 
     colloc: Collocation
     x: Columns
     tangent: Columns
     border: Border
-    tests: dict[str, float]
+    tests: Tests = field(default_factory=Tests)
     previous: Columns | None = None
     previous_step: float = 1.0
     error: float = float("nan")
     iterations: int = 0
+    unfolding: float = 0.0
+    noise: float = 0.0
 
     def predict(self, step: float) -> Columns:
         return predicted(self.x, self.tangent, step, self.previous, self.previous_step)
 
     def reversed(self) -> LocusFrame:
-        return replace(self, tangent=scaled(self.tangent, -1.0), previous=None, tests=dict(self.tests))
+        return replace(self, tangent=scaled(self.tangent, -1.0), previous=None)
+
+    def value(self, name: str) -> float:
+        """A free parameter or observable here."""
+        return self.colloc.observable_row(name, self.x)[0]
 
 
 def correct(
-    kind: str, here: LocusFrame, guess: Columns, normal: Columns, options: TraceOptions, exact: bool = False
+    sought: Sought, here: LocusFrame, guess: Columns, normal: Columns, options: TraceOptions, exact: bool = False
 ) -> tuple[LocusFrame, list[float]] | None:
     """Newton for a point of the locus on the plane <normal, x - guess> = 0; None when it fails.
 
-    Tangent and test functions belong to the iterate before the last, or with `exact` to the last one.
+    Tangent and test functions belong to the iterate before the last, or with `exact` to one that is no further than
+    `SHARP` from the last.
     """
     colloc, border, x, beta = here.colloc, here.border, guess, 0.0
     offset = colloc.inner(normal, guess)
     corrections: list[float] = []
     for _ in range(options.newton.max_iterations):
-        local = local_problem(kind, colloc, x, border, beta)
+        local = sought.local(colloc, x, border, beta)
         step = local.step(colloc, normal, offset - colloc.inner(normal, x)) if local else None
         if local is None or step is None:
             return None
@@ -60,39 +99,44 @@ def correct(
         corrections.append(size)
         before = corrections[-2] if len(corrections) > 1 else 0.0
         if max(size * (size / before) ** 2 if before else size**1.5, size**2) < options.newton.tolerance:
-            local = (local_problem(kind, colloc, x, border, beta) or local) if exact else local
+            noise = size
+            if exact and size > SHARP:
+                local, noise = sought.local(colloc, x, border, beta) or local, 0.0
             tangent = local.tangent(colloc, normal)
             if tangent is None:
                 return None
-            done = LocusFrame(colloc, x, tangent, local.border, local.tests, error=here.error)
-            return replace(done, iterations=len(corrections)), corrections
+            done = LocusFrame(colloc, x, tangent, local.border, local.measure(), error=here.error, unfolding=beta)
+            return replace(done, iterations=len(corrections), noise=noise), corrections
     return None
 
 
-def adapted(kind: str, frame: LocusFrame, options: TraceOptions) -> LocusFrame:
-    """Move the mesh to follow the solution and its kernel, and change its size with the estimated error."""
+def adapted(sought: Sought, frame: LocusFrame, options: TraceOptions, settle: bool = False) -> LocusFrame:
+    """Move the mesh to follow the solution and its kernel, and change its size with the estimated error.
+
+    Along the locus the next step corrects the interpolation, whose error is far below that of a predictor; with
+    `settle` the frame is corrected here.
+    """
     control, colloc = options.mesh, frame.colloc
     intervals, error = len(colloc.step), frame.error
     if not control.is_fixed_size:
-        error = error_of(kind, frame)
+        error = error_of(sought, frame)
         ratio = (max(error, 1e-16) / (0.3 * control.tolerance)) ** (1.0 / (2 * colloc.scheme.points))
         if np.isfinite(error) and not 0.85 < ratio < 1.0:
             intervals = int(np.clip(round(intervals * np.clip(ratio, 0.7, 1.5)), *control.intervals))
     density = monitor(colloc, frame.x)
     for v in frame.border.vectors:
         density = np.maximum(density, monitor(colloc, v))
-    moved = on_mesh(frame, equidistribute(colloc.mesh, density, intervals))
-    found = correct(kind, moved, moved.x, moved.tangent, options)
-    if found is None:
-        return replace(frame, error=error)
-    new = found[0]
-    return replace(new, previous=moved.previous, previous_step=frame.previous_step, error=error)
+    moved = replace(on_mesh(frame, equidistribute(colloc.mesh, density, intervals)), error=error)
+    if not settle:
+        return moved
+    found = correct(sought, moved, moved.x, moved.tangent, options, exact=True)
+    return replace(found[0], error=error) if found else replace(frame, error=error)
 
 
-def error_of(kind: str, frame: LocusFrame) -> float:
+def error_of(sought: Sought, frame: LocusFrame) -> float:
     """Largest error at mesh points and in the parameters: one Newton step on the mesh of halved intervals."""
     fine = on_mesh(frame, halved(frame.colloc.mesh))
-    local = local_problem(kind, fine.colloc, fine.x, fine.border, 0.0)
+    local = sought.local(fine.colloc, fine.x, fine.border, 0.0)
     step = local.step(fine.colloc, fine.tangent, 0.0) if local else None
     if step is None:
         return float("nan")
@@ -122,32 +166,39 @@ def _carried_column(frame: LocusFrame, new: Collocation) -> Blocks:
     return Blocks(stage, np.zeros((len(new.step), stage.shape[2])), column.ends, column.dense)
 
 
-def first_frame(bvp: BVP, start: SpecialPoint, free: list[int], options: TraceOptions) -> LocusFrame | None:
+def first_frame(
+    bvp: BVP, sought: Sought, start: SpecialPoint, free: list[int], options: TraceOptions
+) -> LocusFrame | None:
     """Frame at the start, its kernel from inverse iteration, looking to larger values of the second parameter."""
     solution = start.solution
+    if options.mesh.is_fixed_size and solution.intervals != options.mesh.intervals[0]:
+        places = np.linspace(0, 1, options.mesh.intervals[0] + 1)
+        mesh = np.interp(places, np.linspace(0, 1, len(solution.mesh)), solution.mesh)
+        solution = solution.remesh(mesh, options.mesh.points)
     scale = start.scale or Scale.of(bvp, solution)
     colloc = Collocation(bvp, solution.mesh, solution.points, solution.parameters, free, scale, options.backend)
     x = colloc.state(solution)
-    border = kernel_border(start.kind, colloc, x)
+    border: Border | None = Border((), Blocks(*(np.zeros_like(r) for r in vars(colloc.linearize(x).residual).values())))
+    if sought.kind in KINDS:
+        border = kernel_border(sought.kind, colloc, x)
     if border is None:
         return None
-    local: Local | None = None
+    local: Local | ValueLocal | None = None
     for _ in range(3):  # the borders settle
-        local = local_problem(start.kind, colloc, x, border, 0.0)
+        local = sought.local(colloc, x, border, 0.0)
         if local is None:
             return None
         border = local.border
     assert local is not None
     tangent = local.null_vector(colloc)
     tangent = scaled(tangent, 1.0 if tangent.scalars[1] >= 0 else -1.0)
-    frame = LocusFrame(colloc, x, tangent, border, local.tests)
-    found = correct(start.kind, frame, x, tangent, options)
+    found = correct(sought, LocusFrame(colloc, x, tangent, border), x, tangent, options, exact=True)
     if found is None:
         return None
     frame = found[0]
     for _ in range(4):
         before = len(frame.colloc.step)
-        frame = adapted(start.kind, frame, options)
+        frame = adapted(sought, frame, options, settle=True)
         if len(frame.colloc.step) == before:
             break
     return frame

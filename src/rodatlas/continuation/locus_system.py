@@ -18,21 +18,25 @@ of solutions of one bordered system, with three coefficients that two conditions
   phi, which is zero by symmetry: a small weight on it keeps the system regular there. The artificial unknown stays
   zero as long as the branch point persists.
 
-One factorisation serves all solves of a step (Govaerts 2000, chapters 4 and 8).
+One factorization serves all solves of a step (Govaerts 2000, chapters 4 and 8). Loci of a prescribed value of an
+observable are in `locus_value.py`.
 """
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, field
 
 import numpy as np
 
-from rodatlas.continuation.augmented import left_column, unit
+from rodatlas.continuation.augmented import left_column
 from rodatlas.continuation.collocation import Collocation, Linearization, Row, add, scaled
+from rodatlas.continuation.directional import derivatives_along
 from rodatlas.continuation.linear import Blocks, Columns, Factorization
 
 KINDS = ("fold", "branch point")
 HOLD = 1e-4  # weight of 'no motion along the last direction'; it matters only where nothing else holds it
+UPRIGHT = 1e-6  # kernel vectors at a branch point whose lambda components are below this are told apart by continuity
 
 
 @dataclass(frozen=True)
@@ -44,12 +48,25 @@ class Border:
 
 
 @dataclass(frozen=True)
+class Tests:
+    """What is watched along a locus.
+
+    values : test functions by name; determinant : sign and log|det| of the bordered matrix, whose zero means one more
+    vector in the kernel; shares : on a locus of folds, psi.F_lambda and psi.F_mu (up to a factor).
+    """
+
+    values: dict[str, float] = field(default_factory=dict)
+    determinant: tuple[float, float] = (1.0, 0.0)
+    shares: tuple[float, float] = (1.0, 1.0)
+
+
+@dataclass(frozen=True)
 class Local:
     """The linear problem at one state.
 
     base : y_0, base_b : its share of the column; directions : d_1 .. d_3 and shares (3,); conditions (2, 3) and
-    values (2,) with conditions @ a = values; border : better borders for the next step; tests : values of the test
-    functions by name; hold : weight of a_3 = 0.
+    values (2,) with conditions @ a = values; border : better borders for the next step; measure : evaluates the test
+    functions; hold : weight of a_3 = 0.
     """
 
     base: Columns
@@ -59,7 +76,7 @@ class Local:
     conditions: np.ndarray
     values: np.ndarray
     border: Border
-    tests: dict[str, float] = field(default_factory=dict)
+    measure: Callable[[], Tests]
     hold: float = 0.0
 
     def step(self, colloc: Collocation, normal: Columns, value: float) -> tuple[Columns, float] | None:
@@ -95,15 +112,7 @@ class Local:
         return add(base, *zip(a.tolist(), self.directions, strict=True)), base_b + float(self.shares @ a)
 
 
-def local_problem(kind: str, colloc: Collocation, x: Columns, border: Border, beta: float) -> Local | None:
-    """The linear problem of a locus at a state; None when it is singular."""
-    lin = colloc.linearize(x)
-    if not lin.is_finite:
-        return None
-    return _fold(colloc, x, lin, border) if kind == "fold" else _branch_point(colloc, x, lin, border, beta)
-
-
-class _Bordered:
+class Bordered:
     """The factored matrix with the columns of some scalars, rows from kernel vectors, and one artificial column."""
 
     def __init__(self, colloc: Collocation, lin: Linearization, border: Border, scalars: list[int]):
@@ -127,9 +136,17 @@ class _Bordered:
         return self.fac.solve_transposed(Columns(np.zeros_like(x.stage), np.zeros_like(x.mesh), one))
 
 
+def local_problem(kind: str, colloc: Collocation, x: Columns, border: Border, beta: float) -> Local | None:
+    """The linear problem of a locus at a state; None when it is singular."""
+    lin = colloc.linearize(x)
+    if not lin.is_finite:
+        return None
+    return _fold(colloc, x, lin, border) if kind == "fold" else _branch_point(colloc, x, lin, border, beta)
+
+
 def _fold(colloc: Collocation, x: Columns, lin: Linearization, border: Border) -> Local | None:
     inner = list(range(2, len(colloc.free)))
-    b = _Bordered(colloc, lin, border, inner)
+    b = Bordered(colloc, lin, border, inner)
     if b.fac.sign == 0.0:
         return None
     phi, g = b.solve(None, [1.0], {})
@@ -142,22 +159,23 @@ def _fold(colloc: Collocation, x: Columns, lin: Linearization, border: Border) -
     conditions = np.array([[share_lambda, share_mu, g], [gradient.dot(d) for d in directions]])
     values = np.array([-share, -(g + gradient.dot(base))])
     size = colloc.norm(phi)
-    tests = {"cusp": conditions[1, 2] / size**2}
+
+    def measure() -> Tests:
+        quadratic = -float(conditions[1, 2]) / (size**2 * norm_of(psi))
+        return Tests({"cusp": quadratic}, (b.fac.sign, b.fac.log_det), (share_lambda, share_mu))
+
     new = Border((scaled(phi, 1.0 / size),), left_column(colloc, psi))
-    return Local(base, share, directions, np.array([share_lambda, share_mu, g]), conditions, values, new, tests)
+    return Local(base, share, directions, np.array([share_lambda, share_mu, g]), conditions, values, new, measure)
 
 
 def _branch_point(colloc: Collocation, x: Columns, lin: Linearization, border: Border, beta: float) -> Local | None:
-    b = _Bordered(colloc, lin, border, [0, *range(2, len(colloc.free))])
+    b = Bordered(colloc, lin, border, [0, *range(2, len(colloc.free))])
     if b.fac.sign == 0.0:
         return None
     (p1, h1), (p2, h2) = b.solve(None, [1.0, 0.0], {}), b.solve(None, [0.0, 1.0], {})
-    l1, l2 = float(p1.scalars[0]), float(p2.scalars[0])
-    length = np.hypot(l1, l2)
-    if length == 0.0:
-        return None
-    v1, v2 = add(scaled(p1, l1 / length), (l2 / length, p2)), add(scaled(p2, l1 / length), (-l2 / length, p1))
-    g1, g2 = (l1 * h1 + l2 * h2) / length, (l1 * h2 - l2 * h1) / length
+    cosine, sine = _turn(float(p1.scalars[0]), float(p2.scalars[0]))
+    v1, v2 = add(scaled(p1, cosine), (sine, p2)), add(scaled(p2, cosine), (-sine, p1))
+    g1, g2 = cosine * h1 + sine * h2, cosine * h2 - sine * h1
     along_mu, share_mu = b.solve(lin.column(1), [0.0, 0.0], {1: 1.0})
     r, c = lin.residual, border.column
     shifted = Blocks(r.stage + beta * c.stage, r.chain, r.ends + beta * c.ends, r.dense + beta * c.dense)
@@ -167,27 +185,59 @@ def _branch_point(colloc: Collocation, x: Columns, lin: Linearization, border: B
     directions = (along_mu, v1, v2)
     conditions = np.array([[w.dot(d) for d in directions] for w in gradients])
     values = -np.array([g1, g2]) - [w.dot(base) for w in gradients]
-    tests = {"criticality": _cubic(colloc, x, b, v1, v2, psi)}
+
+    def measure() -> Tests:
+        size = colloc.norm(v2)
+        quadratic = -gradients[1].dot(v2) / (size**2 * norm_of(psi))
+        trunk = float(v1.scalars[0]) / colloc.norm(v1)
+        cubic = _cubic(colloc, x, b, v1, v2, psi, gradients[1])
+        values = {"trunk": trunk, "quadratic": quadratic, "criticality": cubic}
+        return Tests(values, (b.fac.sign, b.fac.log_det))
+
     return Local(
         base, share, directions, np.array([share_mu, g1, g2]), conditions, values,
-        Border(_orthonormal(colloc, v1, v2), left_column(colloc, psi)), tests, HOLD,
+        Border(_orthonormal(colloc, v1, v2), left_column(colloc, psi)), measure, HOLD,
     )  # fmt: skip
 
 
-def _cubic(colloc: Collocation, x: Columns, b: _Bordered, v1: Columns, phi: Columns, psi: Blocks) -> float:
-    r"""Cubic coefficient of a pitchfork, :math:`\psi\cdot(F_{xxx}\varphi^3 + 3F_{xx}\varphi w)` with
-    :math:`F_x w = -F_{xx}\varphi^2`, for unit vectors; it is zero where the pitchfork changes between super- and
-    subcritical. Differences along phi are exact to round-off when the equations are cubic.
+def _turn(l1: float, l2: float) -> tuple[float, float]:
+    """Cosine and sine of the rotation that leaves the second of two kernel vectors without a lambda component.
+
+    It is the smaller one of the two that do, so that vectors and their signs are continuous along a locus; where both
+    components vanish (the protected branch has a fold) it is none.
     """
-    phi, h = scaled(phi, 1.0 / colloc.norm(phi)), 1e-3
-    psi = unit(psi)
-    plus, minus, here = (colloc.linearize(add(x, (t, phi))).residual for t in (h, -h, 0.0))
-    parts = ("stage", "chain", "ends", "dense")
-    bend = Blocks(*((getattr(plus, k) - 2 * getattr(here, k) + getattr(minus, k)) / h**2 for k in parts))
-    w, _ = b.solve(bend, [0.0, 0.0], {})
-    w = add(w, (-float(w.scalars[0] / v1.scalars[0]), v1))
-    third = [colloc.second(add(x, (t, phi)), phi, psi).dot(phi) for t in (h, -h)]
-    return (third[0] - third[1]) / (2 * h) + 3 * colloc.second(x, phi, psi).dot(w)
+    if abs(l2) < UPRIGHT:
+        return 1.0, 0.0
+    length = float(np.copysign(np.hypot(l1, l2), l1))
+    return l1 / length, l2 / length
+
+
+def _cubic(
+    colloc: Collocation, x: Columns, b: Bordered, v1: Columns, phi: Columns, psi: Blocks, gradient: Columns
+) -> float:
+    r"""Cubic coefficient of a pitchfork times the lambda component of the trunk's tangent :math:`v_1`,
+
+    .. math:: v_{1\lambda}\,\psi\cdot(F'''\varphi^3 + 3F''\varphi w), \quad F'w = -F''\varphi^2, \quad w_\lambda = 0,
+
+    for unit vectors: it is zero where the pitchfork changes between super- and subcritical, and finite where the trunk
+    has a fold. `gradient` is that of :math:`-\psi\cdot F'\varphi`.
+    """
+    second, third = derivatives_along(colloc, x, phi)
+    w, _ = b.solve(second, [0.0, 0.0], {})
+    upright = float(v1.scalars[0]) * (overlap(psi, third) - 3 * gradient.dot(w))
+    product = upright + 3 * float(w.scalars[0]) * gradient.dot(v1)
+    return product / (colloc.norm(v1) * colloc.norm(phi) ** 3 * norm_of(psi))
+
+
+def overlap(w: Blocks, r: Blocks) -> float:
+    """Sum of the products of a left vector and a residual, over the problem's own rows."""
+    ends, dense = w.ends[: len(r.ends)], w.dense[: len(r.dense)]
+    return float(np.vdot(w.stage, r.stage) + np.vdot(w.chain, r.chain) + ends @ r.ends + dense @ r.dense)
+
+
+def norm_of(w: Blocks) -> float:
+    """Euclidean length of a left vector."""
+    return float(np.sqrt(overlap(w, w)))
 
 
 def _orthonormal(colloc: Collocation, v1: Columns, v2: Columns) -> tuple[Columns, Columns]:

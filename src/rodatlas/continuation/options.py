@@ -68,7 +68,7 @@ class TraceOptions:
         and branch point (the Morse index of a variational problem); it is compared with the located events.
     stop_at : function of (special point, last point); True ends the branch at the special point.
     newton : its tolerance is lowered to a tenth of the mesh's when it is above.
-    on_point : called with every accepted point (progress).
+    on_point : called with every accepted point of a branch or locus (progress).
     max_points, max_folds : limits in each direction; the branch ends at the fold that is one too many.
     backend : 'numba' or 'scipy'; None follows the environment variable RODATLAS_BACKEND and what is installed.
     """
@@ -81,7 +81,7 @@ class TraceOptions:
     locate: tuple[str, ...] = KINDS
     index: Callable[[Solution], int | None] | None = None
     stop_at: Callable[[SpecialPoint, Point], bool] | None = None
-    on_point: Callable[[Point], None] | None = None
+    on_point: Callable[[Any], None] | None = None
     max_points: int = 1000
     max_folds: int | None = None
     backend: str | None = None

@@ -30,6 +30,8 @@ class EndReason(Enum):
     BRANCH_POINT = "ends at a branch point of another branch"
     FOLD_LIMIT = "the allowed number of folds is reached"
     POINT_LIMIT = "the allowed number of points is reached: raise max_points"
+    CRITICALITY = "ends where a pitchfork changes between super- and subcritical"
+    UNFOLDED = "the branch point does not persist: it needs a symmetry or a branch that the second parameter breaks"
     MIN_STEP = "the step became too small: loosen the tolerance, allow more intervals or a smaller minimum step"
     MESH_LIMIT = "the tolerance needs more intervals than allowed: raise intervals or loosen the tolerance"
     STOPPED = "stopped by the caller"

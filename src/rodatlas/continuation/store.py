@@ -17,7 +17,7 @@ from __future__ import annotations
 import json
 import os
 import uuid
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -128,32 +128,32 @@ def write_solutions(group: h5py.Group, solutions: Sequence[Solution]) -> None:
     if len({(s.unknowns, s.parameter_names, s.points) for s in solutions}) > 1:
         raise ValueError("solutions: expected one problem and one number of Gauss points, got several")
     observables = tuple(solutions[0].observables) if solutions else ()
-    group.attrs["unknowns"] = _names(solutions[0].unknowns if solutions else ())
-    group.attrs["parameter_names"] = _names(solutions[0].parameter_names if solutions else ())
-    group.attrs["observable_names"] = _names(observables)
-    _put(group, "offsets", np.concatenate([[0], np.cumsum([s.intervals for s in solutions])]).astype(np.int64))
+    put_names(group, "unknowns", solutions[0].unknowns if solutions else ())
+    put_names(group, "parameter_names", solutions[0].parameter_names if solutions else ())
+    put_names(group, "observable_names", observables)
+    put_array(group, "offsets", np.concatenate([[0], np.cumsum([s.intervals for s in solutions])]).astype(np.int64))
     if not solutions:
         return
-    _put(group, "mesh", np.concatenate([s.mesh for s in solutions]))
-    _put(group, "values", np.concatenate([s.values for s in solutions]))
-    _put(group, "stages", np.concatenate([s.stages for s in solutions]))
-    _put(group, "parameters", np.array([s.parameters for s in solutions]))
-    _put(group, "error", np.array([s.error for s in solutions]))
-    _put(group, "observables", np.array([[s.observables[k] for k in observables] for s in solutions]))
+    put_array(group, "mesh", np.concatenate([s.mesh for s in solutions]))
+    put_array(group, "values", np.concatenate([s.values for s in solutions]))
+    put_array(group, "stages", np.concatenate([s.stages for s in solutions]))
+    put_array(group, "parameters", np.array([s.parameters for s in solutions]))
+    put_array(group, "error", np.array([s.error for s in solutions]))
+    put_array(group, "observables", np.array([[s.observables[k] for k in observables] for s in solutions]))
 
 
 def read_solutions(group: h5py.Group) -> list[Solution]:
     """Read what :func:`write_solutions` wrote."""
-    unknowns, parameters, names = (_tuple(group, k) for k in ("unknowns", "parameter_names", "observable_names"))
+    unknowns, parameters, names = (get_names(group, k) for k in ("unknowns", "parameter_names", "observable_names"))
     offsets = group["offsets"][()]
     count = len(offsets) - 1
     if count == 0:
         return []
     total, n = int(offsets[-1]), len(unknowns)
-    mesh, values = _get(group, "mesh", (total + count,)), _get(group, "values", (total + count, n))
-    stages = _get(group, "stages", (total, None, n))
-    numbers = _get(group, "parameters", (count, len(parameters)))
-    error, seen = _get(group, "error", (count,)), _get(group, "observables", (count, len(names)))
+    mesh, values = get_array(group, "mesh", (total + count,)), get_array(group, "values", (total + count, n))
+    stages = get_array(group, "stages", (total, None, n))
+    numbers = get_array(group, "parameters", (count, len(parameters)))
+    error, seen = get_array(group, "error", (count,)), get_array(group, "observables", (count, len(names)))
     found = []
     for i, (a, b) in enumerate(zip(offsets[:-1].tolist(), offsets[1:].tolist(), strict=True)):
         at = slice(a + i, b + i + 1)
@@ -169,9 +169,9 @@ def read_solutions(group: h5py.Group) -> list[Solution]:
 
 def write_branch(group: h5py.Group, branch: Branch) -> None:
     """Write a branch into a group of an open file."""
-    group.attrs["free"] = _names(branch.free)
-    group.attrs["ends"] = _names([reason.name for reason in branch.ends])
-    group.attrs["failures"] = _names([code.name if code else "" for code in branch.failures])
+    put_names(group, "free", branch.free)
+    put_names(group, "ends", [reason.name for reason in branch.ends])
+    put_names(group, "failures", [code.name if code else "" for code in branch.failures])
     group.attrs["newton_iterations"] = branch.newton_iterations
     group.attrs["settings"] = json.dumps(dict(branch.settings))
     _write_points(group.create_group("points"), branch.points)
@@ -181,10 +181,10 @@ def write_branch(group: h5py.Group, branch: Branch) -> None:
 
 def read_branch(group: h5py.Group) -> Branch:
     """Read what :func:`write_branch` wrote."""
-    ends = _tuple(group, "ends")
-    failures = [NewtonCode[name] if name else None for name in _tuple(group, "failures")]
+    ends = get_names(group, "ends")
+    failures = [NewtonCode[name] if name else None for name in get_names(group, "failures")]
     return Branch(
-        _tuple(group, "free"), _read_points(group["points"]), _read_special(group["special"]),
+        get_names(group, "free"), _read_points(group["points"]), _read_special(group["special"]),
         (EndReason[ends[0]], EndReason[ends[1]]), _read_discrepancies(group["discrepancies"]),
         int(group.attrs["newton_iterations"]), (failures[0], failures[1]), json.loads(group.attrs["settings"]),
     )  # fmt: skip
@@ -196,53 +196,54 @@ _POINT_NUMBERS = ("arclength", "fold_test", "branch_test", "step")
 def _write_points(group: h5py.Group, points: Sequence[Point]) -> None:
     write_solutions(group.create_group("solutions"), [p.solution for p in points])
     for key in _POINT_NUMBERS:
-        _put(group, key, np.array([getattr(p, key) for p in points], float))
-    _put(group, "tangent", np.array([p.tangent for p in points], float))
-    _put(group, "index", _indices([p.index for p in points]))
-    _put(group, "iterations", np.array([p.iterations for p in points], np.int64))
+        put_array(group, key, np.array([getattr(p, key) for p in points], float))
+    put_array(group, "tangent", np.array([p.tangent for p in points], float))
+    put_array(group, "index", _indices([p.index for p in points]))
+    put_array(group, "iterations", np.array([p.iterations for p in points], np.int64))
 
 
 def _read_points(group: h5py.Group) -> tuple[Point, ...]:
     solutions = read_solutions(group["solutions"])
     count = (len(solutions),)
-    arclength, fold, branch, step = (_get(group, key, count).tolist() for key in _POINT_NUMBERS)
-    tangent = _get(group, "tangent", (len(solutions), None))
-    index, iterations = _optional(_get(group, "index", count)), _get(group, "iterations", count).tolist()
+    arclength, fold, branch, step = (get_array(group, key, count).tolist() for key in _POINT_NUMBERS)
+    tangent = get_array(group, "tangent", (len(solutions), None))
+    index, iterations = _optional(get_array(group, "index", count)), get_array(group, "iterations", count).tolist()
     return tuple(map(Point, solutions, arclength, tangent, fold, branch, index, iterations, step))
 
 
 def _write_special(group: h5py.Group, special: Sequence[SpecialPoint]) -> None:
     write_solutions(group.create_group("solutions"), [x.solution for x in special])
-    group.attrs["kind"] = _names([x.kind for x in special])
-    group.attrs["status"] = _names([x.status.name for x in special])
+    put_names(group, "kind", [x.kind for x in special])
+    put_names(group, "status", [x.status.name for x in special])
     for key in ("arclength", "residual", "curvature"):
-        _put(group, key, np.array([getattr(x, key) for x in special], float))
+        put_array(group, key, np.array([getattr(x, key) for x in special], float))
     for key in ("bracket", "tests"):
-        _put(group, key, np.array([getattr(x, key) for x in special], float).reshape(-1, 2))
-    _put(group, "index", _indices([i for x in special for i in x.index]).reshape(-1, 2))
-    _put(group, "turns", np.array([x.turns for x in special], bool))
+        put_array(group, key, np.array([getattr(x, key) for x in special], float).reshape(-1, 2))
+    put_array(group, "index", _indices([i for x in special for i in x.index]).reshape(-1, 2))
+    put_array(group, "turns", np.array([x.turns for x in special], bool))
     directions = group.create_group("directions")
-    _put(directions, "count", np.array([len(x.directions) for x in special], np.int64))
+    put_array(directions, "count", np.array([len(x.directions) for x in special], np.int64))
     scale = next((x.scale for x in special if x.scale is not None), None)
     free = next((x.free for x in special if x.free), ())
-    directions.attrs["free"] = _names(free)
+    put_names(directions, "free", free)
     if scale is not None:
-        _put(directions, "scale_unknowns", scale.unknowns)
-        _put(directions, "scale_parameters", scale.parameters)
+        put_array(directions, "scale_unknowns", scale.unknowns)
+        put_array(directions, "scale_parameters", scale.parameters)
     parts = [d for x in special for d in x.directions]
     for key in ("stage", "mesh", "scalars"):
-        _put(directions, key, np.concatenate([getattr(d, key) for d in parts]) if parts else np.empty(0))
+        put_array(directions, key, np.concatenate([getattr(d, key) for d in parts]) if parts else np.empty(0))
 
 
 def _read_special(group: h5py.Group) -> tuple[SpecialPoint, ...]:
     solutions = read_solutions(group["solutions"])
-    kind, status = _tuple(group, "kind"), _tuple(group, "status")
+    kind, status = get_names(group, "kind"), get_names(group, "status")
     n = len(solutions)
-    arclength, residual, curvature = (_get(group, k, (n,)).tolist() for k in ("arclength", "residual", "curvature"))
-    bracket, tests = (_get(group, key, (n, 2)).tolist() for key in ("bracket", "tests"))
-    index = _get(group, "index", (n, 2))
+    numbers = ("arclength", "residual", "curvature")
+    arclength, residual, curvature = (get_array(group, key, (n,)).tolist() for key in numbers)
+    bracket, tests = (get_array(group, key, (n, 2)).tolist() for key in ("bracket", "tests"))
+    index = get_array(group, "index", (n, 2))
     directions, free, scale = _read_directions(group["directions"], solutions)
-    turns = _get(group, "turns", (n,)).tolist()
+    turns = get_array(group, "turns", (n,)).tolist()
     found = []
     for i in range(n):
         before, after = _optional(index[i])
@@ -259,9 +260,9 @@ def _read_directions(
     group: h5py.Group, solutions: Sequence[Solution]
 ) -> tuple[list[tuple[Columns, ...]], tuple[str, ...], Scale | None]:
     """Directions of every special point (on the mesh of its solution), the free parameters and the scale."""
-    count = _get(group, "count", (len(solutions),)).tolist()
+    count = get_array(group, "count", (len(solutions),)).tolist()
     stage, mesh, scalars = (group[key][()] for key in ("stage", "mesh", "scalars"))
-    free = _tuple(group, "free")
+    free = get_names(group, "free")
     found, a, b, c, k = [], 0, 0, 0, len(free)
     for solution, number in zip(solutions, count, strict=True):
         mine = []
@@ -276,13 +277,13 @@ def _read_directions(
 
 def _write_discrepancies(group: h5py.Group, found: Sequence[Discrepancy]) -> None:
     for key, kind in (("bracket", float), ("index", np.int64), ("parameter", float)):
-        _put(group, key, np.array([getattr(x, key) for x in found], kind).reshape(-1, 2))
-    group.attrs["events"] = _names([json.dumps(x.events) for x in found])
+        put_array(group, key, np.array([getattr(x, key) for x in found], kind).reshape(-1, 2))
+    put_names(group, "events", [json.dumps(x.events) for x in found])
 
 
 def _read_discrepancies(group: h5py.Group) -> tuple[Discrepancy, ...]:
-    events = _tuple(group, "events")
-    bracket, index, parameter = (_get(group, k, (len(events), 2)).tolist() for k in ("bracket", "index", "parameter"))
+    events, pairs = get_names(group, "events"), ("bracket", "index", "parameter")
+    bracket, index, parameter = (get_array(group, key, (len(events), 2)).tolist() for key in pairs)
     return tuple(
         Discrepancy(tuple(b), tuple(i), tuple(json.loads(e)), tuple(p))
         for b, i, e, p in zip(bracket, index, events, parameter, strict=True)
@@ -292,7 +293,7 @@ def _read_discrepancies(group: h5py.Group) -> tuple[Discrepancy, ...]:
 # -- small parts ------------------------------------------------------------------------------------------------------
 
 
-def _put(group: h5py.Group, name: str, array: np.ndarray) -> None:
+def put_array(group: h5py.Group, name: str, array: np.ndarray) -> None:
     """A dataset whose checksum makes damage show when it is read."""
     array = np.ascontiguousarray(array)
     if array.size == 0:
@@ -301,7 +302,7 @@ def _put(group: h5py.Group, name: str, array: np.ndarray) -> None:
         group.create_dataset(name, data=array, chunks=array.shape, fletcher32=True)
 
 
-def _get(group: h5py.Group, name: str, shape: tuple[int | None, ...]) -> np.ndarray:
+def get_array(group: h5py.Group, name: str, shape: tuple[int | None, ...]) -> np.ndarray:
     """A dataset of the expected shape (None: any length)."""
     array: np.ndarray = group[name][()]
     if len(array.shape) != len(shape) or any(b is not None and a != b for a, b in zip(array.shape, shape, strict=True)):
@@ -309,13 +310,15 @@ def _get(group: h5py.Group, name: str, shape: tuple[int | None, ...]) -> np.ndar
     return array
 
 
-def _names(names: Sequence[str]) -> np.ndarray:
+def put_names(group: h5py.Group, name: str, names: Iterable[str]) -> None:
+    """Strings as an attribute."""
     import h5py
 
-    return np.array(list(names), dtype=h5py.string_dtype())
+    group.attrs[name] = np.array(list(names), dtype=h5py.string_dtype())
 
 
-def _tuple(group: h5py.Group, name: str) -> tuple[str, ...]:
+def get_names(group: h5py.Group, name: str) -> tuple[str, ...]:
+    """What :func:`put_names` wrote."""
     return tuple(_text(value) for value in group.attrs[name])
 
 

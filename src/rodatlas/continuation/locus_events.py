@@ -1,0 +1,204 @@
+"""Special points of a locus: what changes sign on a step, where it vanishes, and what happens there."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from rodatlas.continuation.collocation import add, scaled
+from rodatlas.continuation.events import dips
+from rodatlas.continuation.linear import Columns
+from rodatlas.continuation.locus_frame import LocusFrame, Sought, correct
+from rodatlas.continuation.locus_results import LocusEvent
+from rodatlas.continuation.normal_form import fold_quadratic
+from rodatlas.continuation.options import TraceOptions
+from rodatlas.continuation.results import Status
+
+PITCHFORK = 1e-6  # quadratic coefficient below which a branch point is a pitchfork
+Test = Callable[[LocusFrame], float]
+
+
+@dataclass(frozen=True)
+class Stretch:
+    """One step of a locus: frames at both ends, on one discretization, `step` apart; `start` is the arclength."""
+
+    sought: Sought
+    left: LocusFrame
+    right: LocusFrame
+    step: float
+    start: float
+    options: TraceOptions
+
+    def corrected(self, fraction: float, near: tuple[float, LocusFrame] | None = None) -> LocusFrame | None:
+        """The point of the locus at a fraction of the step, from cubic Hermite interpolation.
+
+        With a corrected point `near`by, its deviation from the interpolation improves the guess.
+        """
+        if fraction in (0.0, 1.0):
+            return self.right if fraction else self.left
+        guess, normal = self._interpolated(fraction)
+        if near is not None:
+            guess = add(guess, (1.0, near[1].x), (-1.0, self._interpolated(near[0])[0]))
+        found = correct(self.sought, self.right, guess, normal, self.options, exact=True)
+        if found is None or self.right.colloc.norm(add(found[0].x, (-1.0, guess))) > 0.1 * self.step:
+            return None
+        return replace(found[0], previous=self.left.tangent, previous_step=fraction * self.step)
+
+    def _interpolated(self, t: float) -> tuple[Columns, Columns]:
+        """Place and direction at a fraction t."""
+        h = self.step
+        a, b = 1 - 3 * t**2 + 2 * t**3, 3 * t**2 - 2 * t**3
+        c, d = h * (t - 2 * t**2 + t**3), h * (t**3 - t**2)
+        one, two = self.left, self.right
+        guess = add(scaled(one.x, a), (b, two.x), (c, one.tangent), (d, two.tangent))
+        normal = add(scaled(one.tangent, 1 - t), (t, two.tangent))
+        return guess, scaled(normal, 1.0 / two.colloc.norm(normal))
+
+    def root(self, test: Test) -> tuple[LocusFrame, float] | None:
+        """Frame and fraction at which a function of frames vanishes (Brent's method on corrected points)."""
+        from scipy.optimize import brentq
+
+        known: list[tuple[float, LocusFrame]] = [(0.0, self.left), (1.0, self.right)]
+
+        def value(fraction: float) -> float:
+            near = min(known, key=lambda pair: abs(pair[0] - fraction))
+            frame = near[1] if near[0] == fraction else self.corrected(fraction, near)
+            if frame is None:
+                raise ArithmeticError("lost")
+            known.append((fraction, frame))
+            return test(frame)
+
+        try:
+            fraction = float(brentq(value, 0.0, 1.0, xtol=1e-9, rtol=1e-12, maxiter=60))
+            value(fraction)
+        except (ArithmeticError, ValueError):
+            return None
+        return known[-1][1], fraction
+
+
+@dataclass(frozen=True)
+class Watched:
+    """A test function and what its zero is called."""
+
+    kind: str
+    test: Test
+    parameter: str = ""
+    what: str = ""
+
+
+def watched(stretch: Stretch, names: tuple[str, ...]) -> list[Watched]:
+    """The test functions that change sign on a stretch, each once."""
+    kind = stretch.sought.kind
+    found: list[Watched] = []
+    if kind == "fold":
+        found += [Watched("cusp", lambda f: f.tests.values["cusp"], what="two folds meet"), Watched(
+            "coalescence", _determinant(stretch), what="the fold meets a branch point")]  # fmt: skip
+    if kind == "branch point":
+        flat = _is_pitchfork(stretch)
+        found += [
+            Watched("criticality", lambda f: f.tests.values["criticality"], what="super- and subcritical change")
+            if flat else
+            Watched("coalescence", lambda f: f.tests.values["quadratic"], what="a fold of the side branch passes"),
+            Watched("coalescence", lambda f: f.tests.values["trunk"], what="the branch that is crossed has a fold"),
+            Watched("crossing", _determinant(stretch), what="another branch point at the same solution"),
+        ]  # fmt: skip
+    found = [w for w in found if w.test(stretch.left) * w.test(stretch.right) < 0]
+    cusp = any(w.kind == "cusp" for w in found)  # both parameters turn at a cusp
+    for i, name in enumerate(names[:2]):
+        turns = stretch.left.tangent.scalars[i] * stretch.right.tangent.scalars[i] < 0
+        if turns != cusp:
+            found.append(Watched("extremum", _component(i), name))
+    return found
+
+
+def _is_pitchfork(stretch: Stretch) -> bool:
+    """Whether the branch points of a stretch have no quadratic term, as a reflection demands."""
+    ends = stretch.left, stretch.right
+    size = max(abs(f.tests.values["quadratic"]) for f in ends)
+    if size > 0.01 or size < PITCHFORK + max(f.noise for f in ends):
+        return size < 0.01
+    for f in ends:  # again, at the last iterate
+        found = correct(stretch.sought, f, f.x, f.tangent, stretch.options, exact=True)
+        if found is None or abs(found[0].tests.values["quadratic"]) > PITCHFORK:
+            return False
+    return True
+
+
+def crowded(stretch: Stretch, found: list[Watched]) -> bool:
+    """Whether a shorter step should be taken: an extremum beside a cusp, or two extrema that may hide on the step."""
+    kinds = {w.kind for w in found}
+    if {"cusp", "extremum"} <= kinds:
+        return True
+    ends = stretch.left, stretch.right
+    for i in range(2):
+        mean = (ends[1].x.scalars[i] - ends[0].x.scalars[i]) / stretch.step
+        if dips(ends[0].tangent.scalars[i], ends[1].tangent.scalars[i], mean, 0.0):
+            return True
+    return False
+
+
+def locate(stretch: Stretch, what: Watched, names: tuple[str, ...]) -> LocusEvent:
+    """The special point, located by root finding on corrected points and told apart by its normal form."""
+    found = stretch.root(what.test)
+    status = Status.CONVERGED if found else Status.BRACKETED
+    at, fraction = found or (stretch.right, 1.0)
+    arclength = stretch.start + fraction * stretch.step
+    bracket = (arclength, arclength) if found else (stretch.start, stretch.start + stretch.step)
+    solution = at.colloc.solution(at.x, stretch.right.error)
+    event = LocusEvent(what.kind, what.parameter, solution, arclength, status, bracket, what.test(at), what.what)
+    if what.kind == "cusp" and _shares(at) < 0.05 * max(_shares(stretch.left), _shares(stretch.right)):
+        return replace(event, kind="criticality", what="the pitchfork here changes between super- and subcritical")
+    if what.kind == "extremum":
+        return replace(event, what=_turn(stretch.sought, at, names.index(what.parameter)))
+    return event
+
+
+def _turn(sought: Sought, at: LocusFrame, parameter: int) -> str:
+    """What happens where a locus turns back in one of its parameters.
+
+    On a locus of folds two branches in the other parameter touch: a curve of solutions shrinks to a point (the
+    quadratic form on the kernel is definite) or two of them reconnect (it is indefinite).
+    """
+    if sought.kind == "branch point":
+        return "two branch points meet and vanish"
+    if sought.kind != "fold":
+        return "two points of the branch with this value meet and vanish"
+    form, force = fold_quadratic(at.colloc, at.x, at.border, along=1 - parameter, across=parameter)
+    low, high = np.linalg.eigvalsh(form)
+    if low * high < 0:
+        return "two branches touch: they merge and split"
+    grows = force * (low + high) < 0  # force dp + form(a, a)/2 = 0 has solutions for dp of this sign
+    return f"isola center: a closed branch {'appears' if grows else 'vanishes'} as the parameter grows"
+
+
+def _shares(frame: LocusFrame) -> float:
+    return float(np.hypot(*frame.tests.shares))
+
+
+def _determinant(stretch: Stretch) -> Test:
+    """Sign of the bordered determinant, with its size relative to that at the right end where meshes agree."""
+    reference = stretch.right.tests.determinant[1]
+
+    def test(frame: LocusFrame) -> float:
+        sign, log_det = frame.tests.determinant
+        return sign if frame is stretch.left else sign * float(np.exp(min(log_det - reference, 50.0)))
+
+    return test
+
+
+def _component(i: int) -> Test:
+    return lambda frame: float(frame.tangent.scalars[i])
+
+
+def on_curve(frame: LocusFrame, other: LocusFrame, step: float) -> Columns | None:
+    """State of another frame on this one's mesh when it lies just behind on the same curve, else None."""
+    if np.abs(other.x.scalars - frame.x.scalars).max() > 2 * step:
+        return None
+    x0 = other.colloc.interpolate(other.x, frame.colloc)
+    t0 = other.colloc.interpolate(other.tangent, frame.colloc)
+    ahead = frame.colloc.inner(add(frame.x, (-1.0, x0)), t0)
+    off = frame.colloc.norm(add(frame.x, (-1.0, x0), (-ahead, t0)))
+    near = 0.0 <= ahead <= step and off < 0.1 * step and frame.colloc.inner(frame.tangent, t0) > 0.9
+    return x0 if near else None
