@@ -92,6 +92,8 @@ class _Walk:
             if stretch is not None and tried is not None:
                 landed = stretch.right is not tried[0]
             found = watched(stretch, self.names) if stretch else []
+            if self.end is not None:
+                break
             if stretch is None or tried is None or (step > 64 * control.minimum and crowded(stretch, found)):
                 step *= 0.5
                 if step < control.minimum:
@@ -157,6 +159,9 @@ class _Walk:
         """The step as a stretch, cut exactly at the first bound that it crosses; None when that fails."""
         stretch = Stretch(self.sought, self.frame, frame, step, self.arclength, self.options)
         crossed = self._crossed(frame)
+        if crossed and crossed[0][0] < 1e-9:  # the present point lies on a bound
+            self.end = EndReason.RANGE
+            return None
         for _, name, bound in crossed:
             found = stretch.root(lambda f, name=name, bound=bound: f.value(name) - bound)  # type: ignore[misc]
             if found is not None and not self._crossed(found[0]):

@@ -17,6 +17,7 @@ from rodatlas.continuation.options import TraceOptions
 from rodatlas.continuation.results import Status
 
 PITCHFORK = 1e-6  # quadratic coefficient below which a branch point is a pitchfork
+ROUND_OFF = 1e-9  # values of a test function that mean nothing
 Test = Callable[[LocusFrame], float]
 
 
@@ -80,50 +81,88 @@ class Stretch:
 
 @dataclass(frozen=True)
 class Watched:
-    """A test function and what its zero is called."""
+    """A test function, what its zero is called, and which parameter is extreme there."""
 
     kind: str
     test: Test
-    parameter: str = ""
     what: str = ""
+    parameter: str = ""
+
+    def changes(self, stretch: Stretch) -> bool:
+        """Whether it changes sign on a stretch, by more than round-off."""
+        left, right = self.test(stretch.left), self.test(stretch.right)
+        return left * right < 0 and max(abs(left), abs(right)) > ROUND_OFF
+
+    def is_doubtful(self, stretch: Stretch) -> bool:
+        """Whether both values are so small that the error of the last iterate matters."""
+        size = max(abs(self.test(frame)) for frame in (stretch.left, stretch.right))
+        return size < 100 * max(stretch.left.noise, stretch.right.noise)
 
 
 def watched(stretch: Stretch, names: tuple[str, ...]) -> list[Watched]:
     """The test functions that change sign on a stretch, each once."""
-    kind = stretch.sought.kind
+    sharp = None
     found: list[Watched] = []
-    if kind == "fold":
-        found += [Watched("cusp", lambda f: f.tests.values["cusp"], what="two folds meet"), Watched(
-            "coalescence", _determinant(stretch), what="the fold meets a branch point")]  # fmt: skip
-    if kind == "branch point":
-        flat = _is_pitchfork(stretch)
-        found += [
-            Watched("criticality", lambda f: f.tests.values["criticality"], what="super- and subcritical change")
-            if flat else
-            Watched("coalescence", lambda f: f.tests.values["quadratic"], what="a fold of the side branch passes"),
-            Watched("coalescence", lambda f: f.tests.values["trunk"], what="the branch that is crossed has a fold"),
-            Watched("crossing", _determinant(stretch), what="another branch point at the same solution"),
-        ]  # fmt: skip
-    found = [w for w in found if w.test(stretch.left) * w.test(stretch.right) < 0]
-    cusp = any(w.kind == "cusp" for w in found)  # both parameters turn at a cusp
+    for candidate in _candidates(stretch):
+        if candidate.changes(stretch):
+            if candidate.is_doubtful(stretch):
+                sharp = sharp or _sharpened(stretch)
+            found += [candidate] if candidate.changes(sharp or stretch) else []
+    if stretch.sought.kind == "branch point" and any(w is _QUADRATIC or w is _CRITICALITY for w in found):
+        pitchfork = all(abs(_QUADRATIC.test(f)) < PITCHFORK for f in _ends(sharp or _sharpened(stretch)))
+        found = [w for w in found if w is not (_QUADRATIC if pitchfork else _CRITICALITY)]
+    turns = []
     for i, name in enumerate(names[:2]):
-        turns = stretch.left.tangent.scalars[i] * stretch.right.tangent.scalars[i] < 0
-        if turns != cusp:
-            found.append(Watched("extremum", _component(i), name))
-    return found
+        turn = Watched("extremum", _component(i), "", name)
+        if turn.changes(stretch):
+            if turn.is_doubtful(stretch):
+                sharp = sharp or _sharpened(stretch)
+            turns += [turn] if turn.changes(sharp or stretch) else []
+    if _CUSP not in found:
+        return found + turns
+    if len(turns) == 2:  # as at a cusp
+        return found
+    if _meets_branch_point(stretch):
+        return [_PASSES if w is _CUSP else w for w in found]
+    return found + (turns or [Watched("extremum", _component(i), "", name) for i, name in enumerate(names[:2])])
 
 
-def _is_pitchfork(stretch: Stretch) -> bool:
-    """Whether the branch points of a stretch have no quadratic term, as a reflection demands."""
-    ends = stretch.left, stretch.right
-    size = max(abs(f.tests.values["quadratic"]) for f in ends)
-    if size > 0.01 or size < PITCHFORK + max(f.noise for f in ends):
-        return size < 0.01
-    for f in ends:  # again, at the last iterate
-        found = correct(stretch.sought, f, f.x, f.tangent, stretch.options, exact=True)
-        if found is None or abs(found[0].tests.values["quadratic"]) > PITCHFORK:
-            return False
-    return True
+def _meets_branch_point(stretch: Stretch) -> bool:
+    """Whether the parameters have lost their effect on the kernel where the quadratic term vanishes."""
+    found = stretch.root(_CUSP.test)
+    return found is not None and _shares(found[0]) < 0.05 * max(map(_shares, _ends(stretch)))
+
+
+def _ends(stretch: Stretch) -> tuple[LocusFrame, LocusFrame]:
+    return stretch.left, stretch.right
+
+
+def _sharpened(stretch: Stretch) -> Stretch:
+    """The stretch with tangents and test functions evaluated once more, at the last iterates."""
+    again = [correct(stretch.sought, f, f.x, f.tangent, stretch.options, exact=True) for f in _ends(stretch)]
+    left, right = (found[0] if found else old for found, old in zip(again, _ends(stretch), strict=True))
+    return replace(stretch, left=left, right=right)
+
+
+def _value(name: str) -> Test:
+    return lambda frame: frame.tests.values[name]
+
+
+_CUSP = Watched("cusp", _value("cusp"), "two folds meet")
+_PASSES = Watched("coalescence", _value("cusp"), "the fold passes through a branch point")
+_QUADRATIC = Watched("coalescence", _value("quadratic"), "a fold of the side branch passes")
+_CRITICALITY = Watched("criticality", _value("criticality"), "super- and subcritical change")
+_TRUNK = Watched("coalescence", _value("trunk"), "the branch that is crossed has a fold")
+
+
+def _candidates(stretch: Stretch) -> list[Watched]:
+    """What is watched on a locus of this kind, besides its turns."""
+    if stretch.sought.kind == "fold":
+        return [_CUSP, Watched("coalescence", _determinant(stretch), "the fold meets a branch point")]
+    if stretch.sought.kind == "branch point":
+        other = Watched("crossing", _determinant(stretch), "another branch point at the same solution")
+        return [_QUADRATIC, _CRITICALITY, _TRUNK, other]
+    return []
 
 
 def crowded(stretch: Stretch, found: list[Watched]) -> bool:
@@ -131,10 +170,10 @@ def crowded(stretch: Stretch, found: list[Watched]) -> bool:
     kinds = {w.kind for w in found}
     if {"cusp", "extremum"} <= kinds:
         return True
-    ends = stretch.left, stretch.right
+    left, right = _ends(stretch)
     for i in range(2):
-        mean = (ends[1].x.scalars[i] - ends[0].x.scalars[i]) / stretch.step
-        if dips(ends[0].tangent.scalars[i], ends[1].tangent.scalars[i], mean, 0.0):
+        mean = (right.x.scalars[i] - left.x.scalars[i]) / stretch.step
+        if dips(left.tangent.scalars[i], right.tangent.scalars[i], mean, 1e3 * max(left.noise, right.noise, ROUND_OFF)):
             return True
     return False
 
@@ -148,7 +187,7 @@ def locate(stretch: Stretch, what: Watched, names: tuple[str, ...]) -> LocusEven
     bracket = (arclength, arclength) if found else (stretch.start, stretch.start + stretch.step)
     solution = at.colloc.solution(at.x, stretch.right.error)
     event = LocusEvent(what.kind, what.parameter, solution, arclength, status, bracket, what.test(at), what.what)
-    if what.kind == "cusp" and _shares(at) < 0.05 * max(_shares(stretch.left), _shares(stretch.right)):
+    if what.kind == "cusp" and _shares(at) < 0.05 * max(map(_shares, _ends(stretch))):
         return replace(event, kind="criticality", what="the pitchfork here changes between super- and subcritical")
     if what.kind == "extremum":
         return replace(event, what=_turn(stretch.sought, at, names.index(what.parameter)))
