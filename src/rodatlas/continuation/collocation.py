@@ -11,9 +11,10 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from rodatlas.continuation.evaluator import Evaluator
 from rodatlas.continuation.gauss import gauss_scheme
 from rodatlas.continuation.linear import Blocks, BorderedMatrix, Columns, Factorization, factor
-from rodatlas.continuation.problem import BVP, Evaluator
+from rodatlas.continuation.problem import BVP
 from rodatlas.continuation.solution import Interpolation, Solution, stage_points
 
 
@@ -95,14 +96,16 @@ class Collocation:
     base : (np,) values of all parameters; the free ones are overridden by the state
     free : indices of the free parameters, the first one being the continuation parameter
     scale : Scale
+    within : projection of Newton's corrections on a linear subspace, see :mod:`rodatlas.continuation.isotropy`
     """
 
     def __init__(
         self, bvp: BVP, mesh: np.ndarray, points: int, base: np.ndarray, free: Sequence[int], scale: Scale,
-        backend: str | None = None,
+        backend: str | None = None, within: Callable[[Columns], Columns] | None = None,
     ):  # fmt: skip
         self.bvp, self.mesh, self.scheme, self.scale = bvp, mesh, gauss_scheme(points), scale
         self.base, self.free, self.backend = base.copy(), np.array(free, dtype=np.int64), backend
+        self.within = within
         self.step = np.diff(mesh)
         self.count = len(self.step) * points
         self.gauss = stage_points(mesh, points)
@@ -337,6 +340,8 @@ def scaled(v: Columns, by: float) -> Columns:
 def free_indices(bvp: BVP, free: Sequence[str]) -> list[int]:
     """Indices of the named free parameters, their number checked against the problem's conditions."""
     names = list(free)
+    if isinstance(free, str):
+        raise ValueError(f"free: expected a sequence of names, got the string '{free}': write ('{free}',)")
     if len(names) != bvp.n_free or len(set(names)) != len(names):
         raise ValueError(
             f"free: expected {bvp.n_free} parameter name(s) ({bvp.n_boundary} boundary + {bvp.n_integral} integral "

@@ -12,8 +12,9 @@ from typing import Any
 import numpy as np
 
 from rodatlas.continuation.collocation import Collocation
+from rodatlas.continuation.evaluator import Evaluator
 from rodatlas.continuation.linear import Blocks, Columns
-from rodatlas.continuation.problem import BVP, Evaluator
+from rodatlas.continuation.problem import BVP
 
 
 @lru_cache(maxsize=32)

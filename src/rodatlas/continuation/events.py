@@ -12,9 +12,10 @@ from rodatlas.continuation.collocation import Collocation, add, scaled
 from rodatlas.continuation.frame import Frame
 from rodatlas.continuation.linear import Columns
 from rodatlas.continuation.newton import fixed, newton, plane
+from rodatlas.continuation.normal_form import branch_point_form
 from rodatlas.continuation.options import TraceOptions
 from rodatlas.continuation.refine import refined
-from rodatlas.continuation.results import SpecialPoint, Status
+from rodatlas.continuation.results import NormalForm, SpecialPoint, Status
 
 FOLD_NOISE = 1e-9  # tangent component of the parameter below which it is round-off: the branch is vertical
 
@@ -304,12 +305,24 @@ def _record(
     if kind == "branch point":
         directions = branch_directions(colloc, found, tangent) if found.converged else (tangent,)
         turns = found.converged and abs(directions[0].scalars[0]) < 1e-3 * max(np.abs(segment.fold_tests)) + 1e-9
+    form, bend = _normal_form(colloc, kind, found, directions)
     special = SpecialPoint(
         kind, colloc.solution(found.state, error), segment.start + fraction * segment.step,
         Status.CONVERGED if found.converged else Status.BRACKETED,
         (segment.start + bracket[0] * segment.step, segment.start + bracket[1] * segment.step), tests,
         residual=found.residual, curvature=float(found.form[0, 0]) if kind == "fold" else float("nan"),
         directions=directions, free=tuple(colloc.bvp.parameter_names[i] for i in colloc.free), scale=colloc.scale,
-        turns=turns,
+        turns=turns, normal_form=form, bend=bend,
     )  # fmt: skip
     return Located(special, fraction, spent, gap)
+
+
+def _normal_form(
+    colloc: Collocation, kind: str, found: Augmented, directions: tuple[Columns, ...]
+) -> tuple[NormalForm | None, Columns | None]:
+    if not found.converged or kind not in ("fold", "branch point"):
+        return None, None
+    if kind == "branch point":
+        return branch_point_form(colloc, found, directions)
+    unit = float(colloc.scale.parameters[colloc.free[0]])
+    return NormalForm("fold", 0.0, unit * float(found.form[0, 0])), None

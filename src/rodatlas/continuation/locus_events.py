@@ -12,7 +12,7 @@ from rodatlas.continuation.events import dips
 from rodatlas.continuation.linear import Columns
 from rodatlas.continuation.locus_frame import LocusFrame, Sought, correct
 from rodatlas.continuation.locus_results import LocusEvent
-from rodatlas.continuation.normal_form import fold_quadratic
+from rodatlas.continuation.normal_form import cusp_form, fold_quadratic
 from rodatlas.continuation.options import TraceOptions
 from rodatlas.continuation.results import Status
 
@@ -189,6 +189,8 @@ def locate(stretch: Stretch, what: Watched, names: tuple[str, ...]) -> LocusEven
     event = LocusEvent(what.kind, what.parameter, solution, arclength, status, bracket, what.test(at), what.what)
     if what.kind == "cusp" and _shares(at) < 0.05 * max(map(_shares, _ends(stretch))):
         return replace(event, kind="criticality", what="the pitchfork here changes between super- and subcritical")
+    if what.kind == "cusp":
+        return replace(event, coefficients=cusp_form(at.colloc, at.x, at.border))
     if what.kind == "extremum":
         return replace(event, what=_turn(stretch.sought, at, names.index(what.parameter)))
     return event

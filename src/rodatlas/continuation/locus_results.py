@@ -53,6 +53,7 @@ class LocusEvent:
     status : CONVERGED when the test function was brought to zero, else BRACKETED.
     bracket : arclengths between which it lies; test : value of the test function at the solution.
     what : what happens there, in words.
+    coefficients : of the normal form at a cusp, see :func:`rodatlas.continuation.normal_form.cusp_form`.
     """
 
     kind: str
@@ -63,6 +64,7 @@ class LocusEvent:
     bracket: tuple[float, float]
     test: float
     what: str = ""
+    coefficients: Mapping[str, float] = field(default_factory=dict)
 
     def __repr__(self) -> str:
         of = f" in {self.parameter}" if self.parameter else ""

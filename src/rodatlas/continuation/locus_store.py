@@ -4,7 +4,7 @@
 
     attributes   schema, version, kind, free, ends, settings
     /points      solutions; arclength, tangent, tests, unfolding, iterations
-    /events      kind, parameter, status, what; solutions; arclength, bracket, test
+    /events      kind, parameter, status, what, coefficients; solutions; arclength, bracket, test
     /scale       unknowns, parameters
 """
 
@@ -100,6 +100,7 @@ def _write_events(group: h5py.Group, events: Sequence[LocusEvent]) -> None:
     put_array(group, "arclength", np.array([e.arclength for e in events]))
     put_array(group, "bracket", np.array([e.bracket for e in events]).reshape(-1, 2))
     put_array(group, "test", np.array([e.test for e in events]))
+    put_names(group, "coefficients", [json.dumps(dict(e.coefficients)) for e in events])
 
 
 def _read_events(group: h5py.Group) -> tuple[LocusEvent, ...]:
@@ -108,8 +109,9 @@ def _read_events(group: h5py.Group) -> tuple[LocusEvent, ...]:
     kind, parameter, what, status = (get_names(group, key) for key in ("kind", "parameter", "what", "status"))
     arclength, test = (get_array(group, key, (n,)).tolist() for key in ("arclength", "test"))
     bracket = get_array(group, "bracket", (n, 2)).tolist()
+    coefficients = [json.loads(text) for text in get_names(group, "coefficients")]
     return tuple(
         LocusEvent(kind[i], parameter[i], solutions[i], arclength[i], Status[status[i]], tuple(bracket[i]), test[i],
-                   what[i])
+                   what[i], coefficients[i])
         for i in range(n)
     )  # fmt: skip

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from enum import Enum
 
 import numpy as np
 
 from rodatlas.continuation.collocation import Collocation, Linearization, Row, add
-from rodatlas.continuation.linear import Columns, Factorization
+from rodatlas.continuation.linear import Blocks, Columns, Factorization
 
 Condition = Callable[[Columns], tuple[float, Row]]
 """One more equation: state -> (residual, its gradient as a row)."""
@@ -71,7 +71,7 @@ def newton(
 
     Convergence is quadratic, so after two corrections :math:`\delta_1, \delta_2` the next one is about
     :math:`\delta_2^3/\delta_1^2`; the run ends when that estimate is below the tolerance, without an evaluation
-    that would only confirm it.
+    that would only confirm it. Corrections are projected on the subspace of the discretisation, if it has one.
     """
     options = options or NewtonOptions()
     sizes: list[float] = []
@@ -92,6 +92,8 @@ def newton(
         if factorization.sign == 0.0:
             return result(NewtonCode.SINGULAR)
         dx = factorization.solve(colloc.right_hand_side(lin.residual, rows, [-v for v in values]))
+        if colloc.within is not None:
+            dx = colloc.within(dx)
         size = colloc.norm(dx)
         if not np.isfinite(size):
             return result(NewtonCode.SINGULAR)
@@ -110,6 +112,50 @@ def _next_correction(sizes: list[float], size: float) -> float:
     if not sizes or sizes[-1] == 0.0:
         return size**1.5
     return max(size * (size / sizes[-1]) ** 2, size**2)
+
+
+def is_singular_around(colloc: Collocation, x: Columns, row: Row) -> bool:
+    """Whether the problem, bordered by a row, is singular to round-off at x and at a state near it.
+
+    At a branch point the first holds but not the second. Both hold where conditions repeat one another or leave
+    something undetermined: then a consistent right-hand side has many solutions, and Newton finds an arbitrary one.
+    """
+    rng, n = np.random.default_rng(17), x.stage.shape[2]
+    shift, slope = 1e-3 * rng.normal(size=(2, n))
+    near = Columns(
+        x.stage + shift + colloc.gauss[..., None] * slope,
+        x.mesh + shift + colloc.mesh[:, None] * slope,
+        x.scalars + 1e-3 * rng.normal(size=x.scalars.shape),
+    )
+    return _is_singular(colloc, x, row, rng) and _is_singular(colloc, near, row, rng)
+
+
+def _is_singular(colloc: Collocation, x: Columns, row: Row, rng: np.random.Generator) -> bool:
+    """Whether the response to a load changes by more than a thousandth when the derivative changes by 1e-14.
+
+    (The size of the response would not tell: it is large, and accurate, for growing solutions.)
+    """
+    n_int, _, n = x.stage.shape
+    load = Blocks(
+        colloc.step[:, None, None] * rng.normal(size=x.stage.shape), np.zeros((n_int, n)),
+        rng.normal(size=colloc.bvp.n_boundary + (row.stage is None)),
+        rng.normal(size=colloc.bvp.n_integral + (row.stage is not None)),
+    )  # fmt: skip
+    responses = []
+    with np.errstate(all="ignore"):
+        lin = colloc.linearize(x)
+        if not lin.is_finite:
+            return False
+        keys = ("jac", "stage_scal", "b_left", "b_right", "b_scal", "dense", "dense_scal")
+        blocks = {key: getattr(lin, key) for key in keys}
+        for noise in (0.0, 1e-14):
+            blurred = {key: block * (1.0 + noise * rng.normal(size=block.shape)) for key, block in blocks.items()}
+            factorization = colloc.factor(replace(lin, **blurred), [row])
+            if factorization.sign == 0.0:
+                return True
+            responses.append(factorization.solve(load))
+        change = colloc.norm(add(responses[0], (-1.0, responses[1])))
+        return not change < 1e-3 * colloc.norm(responses[0])
 
 
 def fixed(name: str, value: float) -> Callable[[Collocation], Condition]:

@@ -3,14 +3,17 @@
 from __future__ import annotations
 
 import math
+import numbers
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from functools import cached_property, lru_cache
+from functools import cached_property
 from typing import Any
 
 import numpy as np
 
+from rodatlas.continuation.evaluator import Evaluator as Evaluator
 from rodatlas.continuation.sparsity import strong_components
+from rodatlas.continuation.symmetry import Symmetry, checked
 
 
 class Named:
@@ -58,12 +61,14 @@ def end_value(function: Callable[[Any, Any, Any], Any]) -> Observable:
 
 @dataclass(frozen=True)
 class Traced:
-    """CasADi functions of one problem; each is evaluated at many points by :class:`Evaluator`.
+    """CasADi functions of one problem; each is evaluated at many points by
+    :class:`rodatlas.continuation.evaluator.Evaluator`.
 
     `field`: (s, u, p) -> f (n,), nonzeros of f_u (nnz,), f_p (n, np) column-major.
     `field_second`: (s, u, p, v, vp, w) -> gradients in u and p of w.(f_u v + f_p vp).
     `ends`, `ends_second`: the same for b(u0, u1, p), with u = (u0, u1).
     `densities`, `densities_second`: the same for the integrands, dense.
+    `identities`: (u, p) -> what vanishes along every solution, and both derivatives; None where nothing is declared.
     """
 
     field: Any
@@ -72,6 +77,7 @@ class Traced:
     ends_second: Any
     densities: Any
     densities_second: Any
+    identities: Any = None
 
 
 class BVP:
@@ -97,11 +103,19 @@ class BVP:
     scales : mapping of str to float
         typical size of unknowns and parameters; it enters the arclength norm. Missing unknowns are scaled by
         the first solution of a run, missing parameters by one.
+    symmetries : sequence of Symmetry
+        maps of solutions to solutions, tested here; attributes `symmetries` (by name) and `gauges` hold them as
+        :class:`rodatlas.continuation.symmetry.Action`.
+    identities : callable
+        `identities(u, p)` returns what vanishes all along every solution, such as the length of a quaternion minus
+        one; symmetries have to hold only where it does.
 
     Raises
     ------
     ValueError
-        when a function returns the wrong number of values or depends on something that is not an argument.
+        when a function cannot be traced with symbols (`if`, `math.sin`), returns something else than numbers and
+        expressions, or the wrong number of them, or depends on something that is not an argument; when there are
+        fewer conditions than unknowns, or more than the parameters can meet; when a declared symmetry is none.
 
     Notes
     -----
@@ -118,17 +132,22 @@ class BVP:
         parameters: Mapping[str, float],
         observables: Mapping[str, Observable] | None = None,
         scales: Mapping[str, float] | None = None,
+        symmetries: Sequence[Symmetry] = (),
+        identities: Callable[[Any, Any], Any] | None = None,
         name: str = "bvp",
     ):
         self.name = name
-        self.unknowns = tuple(unknowns)
-        self.parameters = {key: float(value) for key, value in parameters.items()}
+        self.unknowns = _names("unknowns", unknowns)
+        self.parameters = _numbers("parameters", parameters)
         self.observables = dict(observables or {})
-        self.scales = dict(scales or {})
+        self.scales = _numbers("scales", scales or {})
         _check_names(self.unknowns, self.parameters, self.observables, self.scales)
         self._rhs, self._boundary = rhs, boundary
-        self._integrals = (integrals,) if callable(integrals) else tuple(integrals)
+        self._integrals = (integrals,) if callable(integrals) else tuple(integrals or ())
+        _check_functions(self._rhs, self._boundary, self._integrals, self.observables)
+        self._identities = identities
         self._trace()
+        self.symmetries, self.gauges = checked(self, symmetries)
 
     def __repr__(self) -> str:
         return (
@@ -159,7 +178,7 @@ class BVP:
         merged = dict(self.parameters)
         for key, value in (values or {}).items():
             self.parameter_index(key)
-            merged[key] = float(value)
+            merged[key] = _number("parameters", key, value)
         return np.array(list(merged.values()), dtype=float)
 
     def _trace(self) -> None:
@@ -171,17 +190,20 @@ class BVP:
             p = ca.SX.sym("p", len(self.parameters))
             pn = Named(self.parameter_names, ca.vertsplit(p))
             un, ln, rn = (Named(self.unknowns, ca.vertsplit(x)) for x in (u, left, right))
-            f = _column(ca, self._rhs(s, un, pn), "rhs", self.unknowns)
-            b = _column(ca, self._boundary(ln, rn, pn), "boundary")
-            g = [_column(ca, fun(s, un, pn), "integrals") for fun in self._integrals]
+            inside, ends = _Tracer(ca, (s, u, p), (s, un, pn)), _Tracer(ca, (left, right, p), (ln, rn, pn))
+            f = inside.column(self._rhs, "rhs", self.unknowns)
+            b = ends.column(self._boundary, "boundary")
+            g = [inside.column(fun, "integrals") for fun in self._integrals]
             g_all = ca.vertcat(*g) if g else ca.SX(0, 1)
             self.n_boundary, self.n_integral = b.numel(), g_all.numel()
+            same = _Tracer(ca, (u, p), (un, pn)).column(self._identities, "identities") if self._identities else None
             for key, obs in self.observables.items():
                 if obs.kind == "integral":
-                    g_all = ca.vertcat(g_all, _column(ca, obs.function(s, un, pn), f"observable {key}"))
+                    g_all = ca.vertcat(g_all, inside.column(obs.function, f"observable {key}", (key,)))
                 else:
-                    b = ca.vertcat(b, _column(ca, obs.function(ln, rn, pn), f"observable {key}"))
-        ends = ca.vertcat(left, right)
+                    b = ca.vertcat(b, ends.column(obs.function, f"observable {key}", (key,)))
+        self._check_count()
+        both = ca.vertcat(left, right)
         jac = ca.jacobian(f, u)
         self.sparsity = strong_components(self.size, *_pattern(jac))
         entries: Any = jac.nonzeros()
@@ -190,19 +212,34 @@ class BVP:
             field=_function(ca, "field", [s, u, p], [f, nonzeros, ca.densify(ca.jacobian(f, p))]),
             field_second=_second(ca, "field_second", [s, u, p], f, u, p),
             ends=_function(
-                ca, "ends", [ends, p], [b, ca.densify(ca.jacobian(b, ends)), ca.densify(ca.jacobian(b, p))]
+                ca, "ends", [both, p], [b, ca.densify(ca.jacobian(b, both)), ca.densify(ca.jacobian(b, p))]
             ),
-            ends_second=_second(ca, "ends_second", [ends, p], b, ends, p),
+            ends_second=_second(ca, "ends_second", [both, p], b, both, p),
             densities=_function(
                 ca, "densities", [s, u, p],
                 [g_all, ca.densify(ca.jacobian(g_all, u)), ca.densify(ca.jacobian(g_all, p))],
             ),
             densities_second=_second(ca, "densities_second", [s, u, p], g_all, u, p),
-        )
-        if self.n_free < 1:
+            identities=same if same is None else _function(
+                ca, "identities", [u, p], [same, ca.densify(ca.jacobian(same, u)), ca.densify(ca.jacobian(same, p))]
+            ),
+        )  # fmt: skip
+
+    def _check_count(self) -> None:
+        """A branch needs a free parameter, and no more of them than the problem has."""
+        fewest = self.size - self.n_integral
+        most = fewest + len(self.parameters) - 1
+        with_integrals = f" and {self.n_integral} integral conditions" if self.n_integral else ""
+        if self.n_boundary < fewest:
             raise ValueError(
-                f"boundary: expected at least {self.size - self.n_integral} conditions for {self.size} unknowns, "
-                f"got {self.n_boundary}"
+                f"boundary: expected at least {fewest} conditions for {self.size} unknowns{with_integrals}, got "
+                f"{self.n_boundary}"
+            )
+        if self.n_boundary > most:
+            raise ValueError(
+                f"boundary: expected at most {most} conditions for {self.size} unknowns{with_integrals}, got "
+                f"{self.n_boundary}: a branch would need {self.n_free} free parameters and there are only "
+                f"{len(self.parameters)} ({', '.join(self.parameters)})"
             )
 
     def observable_slots(self) -> dict[str, tuple[str, int]]:
@@ -212,36 +249,6 @@ class BVP:
             slots[key] = (obs.kind, count[obs.kind])
             count[obs.kind] += 1
         return slots
-
-
-class Evaluator:
-    """Evaluates one traced function at `count` points through CasADi's copy-free buffers.
-
-    Inputs and outputs are NumPy arrays with the point as first axis (an input without it is repeated); matrices
-    come transposed (column-major per point). The output arrays belong to the evaluator and are overwritten by the
-    next call.
-    """
-
-    def __init__(self, function: Any, count: int):
-        self._buffer, self._call = _mapped(function, count).buffer()
-        self._inputs = [np.zeros((count, function.numel_in(i))) for i in range(function.n_in())]
-        self.outputs = [np.zeros((count, function.numel_out(i))) for i in range(function.n_out())]
-        for i, array in enumerate(self._inputs):
-            self._buffer.set_arg(i, array.data)
-        for i, array in enumerate(self.outputs):
-            self._buffer.set_res(i, array.data)
-
-    def __call__(self, *arguments: np.ndarray) -> list[np.ndarray]:
-        for array, value in zip(self._inputs, arguments, strict=True):
-            array[...] = value.reshape(array.shape) if value.size == array.size else value
-        self._call()
-        return self.outputs
-
-
-@lru_cache(maxsize=256)
-def _mapped(function: Any, count: int) -> Any:
-    """The function over `count` points; meshes of equal size share it."""
-    return function if count == 1 else function.map(count)
 
 
 class _numpy_semantics:
@@ -258,6 +265,28 @@ class _numpy_semantics:
     def __exit__(self, *_: object) -> None:
         if self._old is not None:
             self._options.setNumpyMode(self._old)
+
+
+def _names(field: str, names: Any) -> tuple[str, ...]:
+    if isinstance(names, str) or not all(isinstance(name, str) for name in names):
+        raise ValueError(f"{field}: expected a sequence of names such as ('u', 'v'), got {names!r}")
+    return tuple(names)
+
+
+def _numbers(field: str, values: Any) -> dict[str, float]:
+    if not isinstance(values, Mapping):
+        raise ValueError(f"{field}: expected a mapping of names to numbers, got {values!r}")
+    return {name: _number(field, name, values[name]) for name in _names(field, values)}
+
+
+def _number(field: str, name: str, value: Any) -> float:
+    try:
+        number = float("nan") if isinstance(value, str) else float(value)
+    except (TypeError, ValueError):
+        number = float("nan")
+    if not math.isfinite(number):
+        raise ValueError(f"{field}: expected a finite number for '{name}', got {value!r}")
+    return number
 
 
 def _check_names(
@@ -277,24 +306,99 @@ def _check_names(
     for name, value in scales.items():
         if name not in names:
             raise ValueError(f"scales: expected one of {', '.join(names)}, got '{name}'")
-        if not (math.isfinite(value) and value > 0):
+        if value <= 0:
             raise ValueError(f"scales: expected a positive number for '{name}', got {value}")
 
 
-def _column(ca: Any, values: Any, field: str, names: Sequence[str] | None = None) -> Any:
-    """Flatten what a user's function returned into a column of SX, checking its length and names."""
-    if isinstance(values, Mapping):
-        if names is None or set(values) != set(names):
-            raise ValueError(f"{field}: expected the names {names}, got {sorted(values)}")
-        values = [values[k] for k in names]
-    elif isinstance(values, np.ndarray):
-        values = list(values.ravel())
-    elif not isinstance(values, (list, tuple)):
-        values = [values]
-    column = ca.vertcat(*[ca.SX(v) for v in values])
-    if names is not None and column.numel() != len(names):
-        raise ValueError(f"{field}: expected {len(names)} values, one per unknown, got {column.numel()}")
-    return column
+def _check_functions(rhs: Any, boundary: Any, integrals: Sequence[Any], observables: Mapping[str, Any]) -> None:
+    for field, function in (("rhs", rhs), ("boundary", boundary), *(("integrals", g) for g in integrals)):
+        if not callable(function):
+            raise ValueError(f"{field}: expected a function, got {function!r}")
+    for name, observable in observables.items():
+        if not isinstance(observable, Observable):
+            raise ValueError(
+                f"observables: expected integral_of(function) or end_value(function) for '{name}', got {observable!r}"
+            )
+
+
+class _Tracer:
+    """Calls a user's functions with symbols and checks what they return.
+
+    Parameters
+    ----------
+    symbols : what the result may depend on; arguments : the same, reachable by name.
+    """
+
+    def __init__(self, ca: Any, symbols: tuple[Any, ...], arguments: tuple[Any, ...]):
+        self._ca, self._symbols, self._arguments = ca, symbols, arguments
+
+    def column(self, function: Callable[..., Any], field: str, names: Sequence[str] | None = None) -> Any:
+        """What `function` returns as a column of SX, one entry per name where names are given."""
+        expected = "numbers and expressions" if names is None else f"{len(names)} values, one per unknown"
+        if names is not None and field != "rhs":
+            expected = "one value"
+        try:
+            values = function(*self._arguments)
+        except (TypeError, NotImplementedError, RuntimeError) as error:
+            raise ValueError(_why_untraceable(field, error)) from error
+        if values is None:
+            raise ValueError(f"{field}: expected {expected}, got None: does the function return what it computes?")
+        if isinstance(values, Mapping):
+            if names is None or set(values) != set(names):
+                wanted = "a sequence" if names is None else f"the names {names}"
+                raise ValueError(f"{field}: expected {wanted}, got {sorted(values)}")
+            values = [values[k] for k in names]
+        elif isinstance(values, np.ndarray):
+            values = list(values.ravel())
+        elif isinstance(values, Named):
+            values = list(values)
+        elif not isinstance(values, (list, tuple)):
+            values = [values]
+        column = self._ca.vertcat(*[self._entry(v, field, i) for i, v in enumerate(values)])
+        if names is not None and column.numel() != len(names):
+            raise ValueError(f"{field}: expected {expected}, got {column.numel()}")
+        self._check(column, field)
+        return column
+
+    def _entry(self, value: Any, field: str, place: int) -> Any:
+        """One returned value as a column of SX (usually of length one)."""
+        ca = self._ca
+        if isinstance(value, np.ndarray) and value.size == 1:
+            value = value.ravel()[0]
+        if isinstance(value, (numbers.Real, np.bool_)):
+            return ca.SX(float(value))
+        try:
+            if not isinstance(value, (list, tuple, np.ndarray)):
+                return ca.vec(ca.SX(value))  # SX, DM, and what NumPy functions make of them
+        except (NotImplementedError, TypeError):
+            pass
+        got = f"the {type(value).__name__} {value!r} as value {place + 1}".replace("\n", " ")
+        raise ValueError(f"{field}: expected real numbers and expressions in one flat sequence, got {got}")
+
+    def _check(self, column: Any, field: str) -> None:
+        """Refuse symbols from elsewhere, and the NaN that `math` functions make of a symbol."""
+        ca = self._ca
+        function = ca.Function("checked", [ca.vertcat(*self._symbols)], [column], {"allow_free": True})
+        if strangers := function.get_free():
+            raise ValueError(f"{field}: expected functions of the given symbols only, got {', '.join(strangers)} too")
+        constants = (k for k in range(function.n_instructions()) if function.instruction_id(k) == ca.OP_CONST)
+        if any(math.isnan(function.instruction_constant(k)) for k in constants):
+            raise ValueError(
+                f"{field}: expected functions of the given symbols, got the constant NaN: float(), math.sin and the "
+                "like make it of a symbol, so write np.sin and leave out float()"
+            )
+
+
+def _why_untraceable(field: str, error: Exception) -> str:
+    """One line that says how to write a function which symbols cannot pass through."""
+    if "truth value" in str(error):
+        return (
+            f"{field}: expected expressions without `if`, `and`, `max` or a comparison used as a truth value, because "
+            "the function is called once with symbols: write np.where(condition, a, b) "
+            "(casadi.if_else before CasADi 3.8), np.minimum or np.maximum"
+        )
+    first = (str(error).strip().splitlines() or [""])[0]
+    return f"{field}: expected arithmetic and NumPy functions of the arguments, got {type(error).__name__}: {first}"
 
 
 def _function(ca: Any, name: str, inputs: list[Any], outputs: list[Any]) -> Any:

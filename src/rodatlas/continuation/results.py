@@ -35,6 +35,7 @@ class EndReason(Enum):
     MIN_STEP = "the step became too small: loosen the tolerance, allow more intervals or a smaller minimum step"
     MESH_LIMIT = "the tolerance needs more intervals than allowed: raise intervals or loosen the tolerance"
     STOPPED = "stopped by the caller"
+    INTERRUPTED = "interrupted: the part computed so far is kept"
 
 
 class Status(Enum):
@@ -69,6 +70,26 @@ class Point:
     step: float = 0.0
 
 
+@dataclass(frozen=True)
+class NormalForm:
+    r"""The continuation parameter along the curve that bends or branches off at a special point,
+
+    .. math:: \lambda = \lambda_0 + \text{slope}\,a + \tfrac12\,\text{bend}\,a^2 + O(a^3),
+
+    with a the arclength of that curve.
+
+    Attributes
+    ----------
+    kind : 'fold', 'transcritical', 'pitchfork', 'isolated' (no other curve passes: an isola center) or 'degenerate'.
+    slope, bend : coefficients, in units of the parameter; of the branch itself at a fold, of the side branch at a
+        pitchfork, of the other branch at a transcritical point.
+    """
+
+    kind: str
+    slope: float = float("nan")
+    bend: float = float("nan")
+
+
 @dataclass(frozen=True, eq=False)
 class SpecialPoint:
     """A fold, branch point or user zero, with the record of how it was found.
@@ -85,6 +106,8 @@ class SpecialPoint:
     directions : tangents through a branch point: along this branch, and along the other one.
     free, scale : free parameters and units that `directions` refer to.
     turns : whether the continuation parameter is extreme here: at a fold, and at a pitchfork met along its side.
+    normal_form : NormalForm, None when it was not computed.
+    bend : at a branch point, second derivative of the other curve: with its direction it predicts the other branch.
     """
 
     kind: str
@@ -100,6 +123,23 @@ class SpecialPoint:
     free: tuple[str, ...] = ()
     scale: Scale | None = field(default=None, repr=False)
     turns: bool = False
+    normal_form: NormalForm | None = None
+    bend: Columns | None = field(default=None, repr=False)
+
+    @property
+    def criticality(self) -> str:
+        """'supercritical' or 'subcritical' at a pitchfork met along its trunk, with an index on both sides; else ''.
+
+        It is supercritical when the side branch lies where the trunk has the larger index.
+        """
+        before, after = self.index
+        form = self.normal_form
+        if form is None or form.kind != "pitchfork" or self.turns:
+            return ""
+        if before is None or after is None or before == after:
+            return ""
+        ahead = float(self.directions[0].scalars[0]) * form.bend > 0  # the side branch lies beyond the point
+        return "supercritical" if ahead == (after > before) else "subcritical"
 
     @property
     def label(self) -> str:

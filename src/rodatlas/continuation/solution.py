@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import os
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
@@ -121,12 +122,138 @@ class Solution:
         intervals: int = 20,
         points: int = 4,
     ) -> Solution:
-        """Sample `function(s) -> (len(s), n)` on a uniform mesh: a first guess."""
+        """Sample `function(s) -> (len(s), n)` on a uniform mesh: a first guess.
+
+        Raises
+        ------
+        ValueError
+            when the function returns another shape, or NaN.
+        """
+        if intervals < 1:
+            raise ValueError(f"intervals: expected at least 1, got {intervals}")
+        names, numbers = _checked_names(unknowns, parameters)
         mesh = np.linspace(0.0, 1.0, intervals + 1)
         gauss = stage_points(mesh, points)
-        values = np.asarray(function(mesh), dtype=float).reshape(len(mesh), len(unknowns))
-        stages = np.asarray(function(gauss.ravel()), dtype=float).reshape(*gauss.shape, len(unknowns))
-        return cls(tuple(unknowns), tuple(parameters), mesh, values, stages, np.array(list(parameters.values()), float))
+        values, stages = (_table(f"function({len(s)} values of s)", function(s), len(s), names)
+                          for s in (mesh, gauss.ravel()))  # fmt: skip
+        return cls(names, tuple(parameters), mesh, values, stages.reshape(*gauss.shape, len(names)), numbers)
+
+    @classmethod
+    def from_values(
+        cls, s: Any, values: Any, unknowns: Sequence[str], parameters: Mapping[str, float], points: int = 4
+    ) -> Solution:
+        """A first guess from a table of values, joined by a cubic spline (lines where there are less than four).
+
+        Parameters
+        ----------
+        s : (N+1,) increasing places, which become the mesh; the first and the last are the ends of the interval, and
+            are carried to 0 and 1.
+        values : (N+1, n) unknowns there; with one unknown also (N+1,).
+
+        Raises
+        ------
+        ValueError
+            when `s` does not increase, or `values` has another shape, or either holds NaN.
+        """
+        names, numbers = _checked_names(unknowns, parameters)
+        at = np.asarray(s, dtype=float)
+        if at.ndim != 1 or len(at) < 2 or not np.isfinite(at).all() or not (np.diff(at) > 0).all():
+            raise ValueError(f"s: expected at least two finite, strictly increasing numbers, got {_brief(at)}")
+        mesh = (at - at[0]) / (at[-1] - at[0])
+        if not (np.diff(mesh) > 0).all():
+            raise ValueError(f"s: expected places that can be told apart, got {_brief(at)}")
+        table = _table("values", values, len(mesh), names)
+        gauss = stage_points(mesh, points)
+        stages = _joined(mesh, table, gauss.ravel()).reshape(*gauss.shape, len(names))
+        return cls(names, tuple(parameters), mesh, table, stages, numbers)
+
+    @classmethod
+    def from_table(
+        cls,
+        table: Any,
+        unknowns: Sequence[str],
+        parameters: Mapping[str, float],
+        points: int = 4,
+        s: str = "s",
+    ) -> Solution:
+        """A first guess from a CSV file or a table with named columns, such as what :meth:`to_frame` returns.
+
+        Parameters
+        ----------
+        table : path of a CSV file whose first line names the columns, or a DataFrame or mapping of columns.
+        unknowns : columns to read, in the order of the problem.
+        s : column of places; see :meth:`from_values`.
+
+        Raises
+        ------
+        ValueError
+            when a column is missing, or is not what :meth:`from_values` expects.
+        """
+        import pandas as pd
+
+        names, _ = _checked_names(unknowns, parameters)
+        where = "table"
+        if isinstance(table, (str, os.PathLike)):
+            where = os.fspath(table)
+            try:
+                table = pd.read_csv(where, skipinitialspace=True)
+            except (pd.errors.ParserError, pd.errors.EmptyDataError, UnicodeDecodeError) as error:
+                raise ValueError(f"{where}: expected a CSV file with named columns, got: {error}") from None
+        found = [str(name) for name in table]
+        if missing := [name for name in (s, *names) if name not in found]:
+            raise ValueError(f"{where}: expected the columns {', '.join((s, *names))}, got {', '.join(found)} "
+                             f"(missing: {', '.join(missing)})")  # fmt: skip
+        try:
+            columns = [np.asarray(table[name], dtype=float) for name in (s, *names)]
+        except (TypeError, ValueError) as error:
+            raise ValueError(f"{where}: expected numbers in the columns {', '.join((s, *names))}: {error}") from None
+        return cls.from_values(columns[0], np.column_stack(columns[1:]), names, parameters, points)
+
+
+def _checked_names(unknowns: Sequence[str], parameters: Mapping[str, float]) -> tuple[tuple[str, ...], np.ndarray]:
+    """Names of the unknowns and values of the parameters (np,)."""
+    if isinstance(unknowns, str) or not all(isinstance(name, str) for name in unknowns) or not unknowns:
+        raise ValueError(f"unknowns: expected a sequence of names such as ('u', 'v'), got {unknowns!r}")
+    if not isinstance(parameters, Mapping):
+        raise ValueError(f"parameters: expected a mapping of names to numbers, got {parameters!r}")
+    for name, value in parameters.items():
+        if isinstance(value, (str, complex)) or value is None or not math.isfinite(value):
+            raise ValueError(f"parameters: expected a finite number for '{name}', got {value!r}")
+    return tuple(unknowns), np.array(list(parameters.values()), float)
+
+
+def _table(field: str, values: Any, rows: int, names: tuple[str, ...]) -> np.ndarray:
+    """Values (rows, n), finite."""
+    try:
+        if np.iscomplexobj(values):
+            raise TypeError
+        table = np.asarray(values, dtype=float)
+    except (TypeError, ValueError):
+        raise ValueError(f"{field}: expected real numbers, got {_brief(values)}") from None
+    if len(names) == 1 and table.shape == (rows,):
+        table = table[:, None]
+    if table.shape != (rows, len(names)):
+        raise ValueError(f"{field}: expected shape {(rows, len(names))}, a column for each of {', '.join(names)}, got "
+                         f"{table.shape}")  # fmt: skip
+    for name, column in zip(names, table.T, strict=True):
+        if not np.isfinite(column).all():
+            bad = int(np.flatnonzero(~np.isfinite(column))[0])
+            raise ValueError(f"{field}: expected finite values of '{name}', got {column[bad]} in row {bad + 1}")
+    return table.copy()
+
+
+def _joined(s: np.ndarray, values: np.ndarray, at: np.ndarray) -> np.ndarray:
+    """Cubic spline through a table, at other places; straight lines through less than four points."""
+    if len(s) < 4:
+        return np.column_stack([np.interp(at, s, column) for column in values.T])
+    from scipy.interpolate import CubicSpline
+
+    return CubicSpline(s, values)(at)
+
+
+def _brief(values: Any) -> str:
+    text = " ".join(repr(values).split())
+    return text if len(text) <= 60 else text[:57] + "..."
 
 
 def stage_points(mesh: np.ndarray, points: int) -> np.ndarray:

@@ -6,7 +6,8 @@ Layout of a branch file (S solutions with N_i intervals of m Gauss points, n unk
     /points      arclength, tangent, fold_test, branch_test, index, iterations, step  (S, ...)
     /points/solutions    offsets (S+1,) of intervals; mesh, values (sum N_i + S, n), stages (sum N_i, m, n),
                          parameters (S, np), error (S,), observables (S, no); names as attributes
-    /special     kind, status, arclength, bracket, tests, index, residual, curvature; solutions; directions
+    /special     kind, status, arclength, bracket, tests, index, residual, curvature, turns, normal_form; solutions;
+                 directions, bend
     /discrepancies
 
 Meshes differ in size from point to point, so they lie end to end and `offsets` tells them apart.
@@ -27,7 +28,15 @@ import numpy as np
 from rodatlas.continuation.collocation import Scale
 from rodatlas.continuation.linear import Columns
 from rodatlas.continuation.newton import NewtonCode
-from rodatlas.continuation.results import Branch, Discrepancy, EndReason, Point, SpecialPoint, Status
+from rodatlas.continuation.results import (
+    Branch,
+    Discrepancy,
+    EndReason,
+    NormalForm,
+    Point,
+    SpecialPoint,
+    Status,
+)
 from rodatlas.continuation.solution import Solution
 
 if TYPE_CHECKING:
@@ -221,17 +230,24 @@ def _write_special(group: h5py.Group, special: Sequence[SpecialPoint]) -> None:
         put_array(group, key, np.array([getattr(x, key) for x in special], float).reshape(-1, 2))
     put_array(group, "index", _indices([i for x in special for i in x.index]).reshape(-1, 2))
     put_array(group, "turns", np.array([x.turns for x in special], bool))
-    directions = group.create_group("directions")
-    put_array(directions, "count", np.array([len(x.directions) for x in special], np.int64))
+    forms = [x.normal_form or NormalForm("") for x in special]
+    put_names(group, "normal_form", [form.kind for form in forms])
+    put_array(group, "normal_form", np.array([(form.slope, form.bend) for form in forms], float).reshape(-1, 2))
+    _write_vectors(group.create_group("directions"), [x.directions for x in special])
+    _write_vectors(group.create_group("bend"), [() if x.bend is None else (x.bend,) for x in special])
     scale = next((x.scale for x in special if x.scale is not None), None)
-    free = next((x.free for x in special if x.free), ())
-    put_names(directions, "free", free)
+    put_names(group["directions"], "free", next((x.free for x in special if x.free), ()))
     if scale is not None:
-        put_array(directions, "scale_unknowns", scale.unknowns)
-        put_array(directions, "scale_parameters", scale.parameters)
-    parts = [d for x in special for d in x.directions]
+        put_array(group["directions"], "scale_unknowns", scale.unknowns)
+        put_array(group["directions"], "scale_parameters", scale.parameters)
+
+
+def _write_vectors(group: h5py.Group, lists: Sequence[tuple[Columns, ...]]) -> None:
+    """Vectors that lie on the meshes of some solutions, several or none for each."""
+    put_array(group, "count", np.array([len(vectors) for vectors in lists], np.int64))
+    parts = [v for vectors in lists for v in vectors]
     for key in ("stage", "mesh", "scalars"):
-        put_array(directions, key, np.concatenate([getattr(d, key) for d in parts]) if parts else np.empty(0))
+        put_array(group, key, np.concatenate([getattr(v, key) for v in parts]) if parts else np.empty(0))
 
 
 def _read_special(group: h5py.Group) -> tuple[SpecialPoint, ...]:
@@ -242,28 +258,41 @@ def _read_special(group: h5py.Group) -> tuple[SpecialPoint, ...]:
     arclength, residual, curvature = (get_array(group, key, (n,)).tolist() for key in numbers)
     bracket, tests = (get_array(group, key, (n, 2)).tolist() for key in ("bracket", "tests"))
     index = get_array(group, "index", (n, 2))
-    directions, free, scale = _read_directions(group["directions"], solutions)
+    at = group["directions"]
+    free = get_names(at, "free")
+    directions = _read_vectors(at, solutions, len(free))
+    scale = Scale(at["scale_unknowns"][()], at["scale_parameters"][()]) if "scale_unknowns" in at else None
     turns = get_array(group, "turns", (n,)).tolist()
+    forms, bends = _read_forms(group, solutions, len(free))
     found = []
     for i in range(n):
         before, after = _optional(index[i])
         found.append(
             SpecialPoint(
                 kind[i], solutions[i], arclength[i], Status[status[i]], tuple(bracket[i]), tuple(tests[i]),
-                (before, after), residual[i], curvature[i], directions[i], free, scale, turns[i],
+                (before, after), residual[i], curvature[i], directions[i], free, scale, turns[i], forms[i], bends[i],
             )
         )  # fmt: skip
     return tuple(found)
 
 
-def _read_directions(
-    group: h5py.Group, solutions: Sequence[Solution]
-) -> tuple[list[tuple[Columns, ...]], tuple[str, ...], Scale | None]:
-    """Directions of every special point (on the mesh of its solution), the free parameters and the scale."""
+def _read_forms(
+    group: h5py.Group, solutions: Sequence[Solution], k: int
+) -> tuple[list[NormalForm | None], list[Columns | None]]:
+    """Normal forms and bends, which files of older versions lack."""
+    if "normal_form" not in group:
+        return [None] * len(solutions), [None] * len(solutions)
+    numbers = get_array(group, "normal_form", (len(solutions), 2)).tolist()
+    kinds = get_names(group, "normal_form")
+    forms = [NormalForm(kind, *pair) if kind else None for kind, pair in zip(kinds, numbers, strict=True)]
+    return forms, [v[0] if v else None for v in _read_vectors(group["bend"], solutions, k)]
+
+
+def _read_vectors(group: h5py.Group, solutions: Sequence[Solution], k: int) -> list[tuple[Columns, ...]]:
+    """What :func:`_write_vectors` wrote, with k scalars each."""
     count = get_array(group, "count", (len(solutions),)).tolist()
     stage, mesh, scalars = (group[key][()] for key in ("stage", "mesh", "scalars"))
-    free = get_names(group, "free")
-    found, a, b, c, k = [], 0, 0, 0, len(free)
+    found, a, b, c = [], 0, 0, 0
     for solution, number in zip(solutions, count, strict=True):
         mine = []
         for _ in range(number):
@@ -271,8 +300,7 @@ def _read_directions(
             mine.append(Columns(stage[a : a + n_int], mesh[b : b + n_int + 1], scalars[c : c + k]))
             a, b, c = a + n_int, b + n_int + 1, c + k
         found.append(tuple(mine))
-    scale = Scale(group["scale_unknowns"][()], group["scale_parameters"][()]) if "scale_unknowns" in group else None
-    return found, free, scale
+    return found
 
 
 def _write_discrepancies(group: h5py.Group, found: Sequence[Discrepancy]) -> None:

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
+from numbers import Integral
+from typing import Any
 
 import numpy as np
 
@@ -11,7 +13,7 @@ from rodatlas.continuation.augmented import kernel_directions
 from rodatlas.continuation.collocation import Collocation, Scale, add, free_indices, scaled
 from rodatlas.continuation.frame import Frame, adapted, first_frame, with_tests
 from rodatlas.continuation.linear import Columns
-from rodatlas.continuation.newton import NewtonCode, newton, plane
+from rodatlas.continuation.newton import NewtonCode, fixed, is_singular_around, newton, plane
 from rodatlas.continuation.options import TraceOptions
 from rodatlas.continuation.problem import BVP
 from rodatlas.continuation.results import Branch, Discrepancy, EndReason, Point, SpecialPoint
@@ -20,11 +22,20 @@ from rodatlas.continuation.walker import Step, Walker, settled
 
 
 class NotConverged(RuntimeError):
-    """No solution was found; `code` is the :class:`NewtonCode`."""
+    """No solution was found.
 
-    def __init__(self, code: NewtonCode, where: str):
+    Attributes
+    ----------
+    code : NewtonCode, or EndReason.MESH_LIMIT when Newton converged but the mesh cannot meet the tolerance.
+    solution : what was found in the second case, else None.
+    """
+
+    def __init__(self, code: NewtonCode | EndReason, where: str, solution: Solution | None = None):
         super().__init__(f"{where}: {code.value}")
-        self.code = code
+        self.code, self.where, self.solution = code, where, solution
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return type(self), (self.code, self.where, self.solution)
 
 
 def solve(
@@ -43,11 +54,17 @@ def solve(
     ------
     NotConverged
         with a sentence that says what to change.
+    ValueError
+        when the guess belongs to another problem or holds NaN.
     """
     options = options or TraceOptions()
     free = free or (bvp.parameter_names[:1] if bvp.n_free == 1 else ())
     frame = _start(bvp, guess, free, options, None)
-    return frame.colloc.solution(frame.x, frame.error)
+    found = frame.colloc.solution(frame.x, frame.error)
+    mesh = options.mesh
+    if found.intervals >= mesh.intervals[1] and not mesh.is_fixed_size and found.error > 10 * mesh.tolerance:
+        raise NotConverged(EndReason.MESH_LIMIT, f"{found!r}", found)
+    return found
 
 
 def trace(
@@ -74,13 +91,39 @@ def trace(
     ------
     NotConverged
         when the start is not a solution and Newton cannot make it one.
+    ValueError
+        when the start belongs to another problem, holds NaN, or lies outside the bounds and the run leads away from
+        them.
+
+    Notes
+    -----
+    Nothing computed is lost when the run is interrupted (Ctrl-C), or when a function of the options or anything else
+    raises: the exception has an attribute `branch`, which holds the part computed so far and ends with
+    EndReason.INTERRUPTED.
+
+    >>> try:
+    ...     branch = trace(bvp, start, ("lam",), options)
+    ... except KeyboardInterrupt as stopped:
+    ...     branch = stopped.branch
     """
     options = options or TraceOptions()
     options.check_names(bvp, free)
     frame = _start(bvp, start, free, options, scale)
+    values = {name: frame.colloc.observable_row(name, frame.x)[0] for name in (*options.bounds, *options.zeros)}
+    for name, value in values.items():
+        if not np.isfinite(value):
+            raise ValueError(f"bounds, zeros: expected a finite value of '{name}' at the start, got {value}")
     if frame.fold_test * direction < 0:
         frame = frame.reversed()
-    return follow(frame, options, both)
+    branch = follow(frame, options, both)
+    if len(branch) == 1:
+        for name, (low, high) in options.bounds.items():
+            if not low - 1e-9 * max(1.0, abs(low)) <= values[name] <= high + 1e-9 * max(1.0, abs(high)):
+                raise ValueError(
+                    f"bounds: expected {low:g} <= {name} <= {high:g} at the start or on the way, got {name} = "
+                    f"{values[name]:g} and a run that leads away from there"
+                )
+    return branch
 
 
 def follow(
@@ -92,28 +135,126 @@ def follow(
     ----------
     start : reason of the first end when only one direction is followed.
     arclength : of the frame.
+
+    Raises
+    ------
+    BaseException
+        what interrupted the run, with the part computed so far in its attribute `branch`, see :func:`trace`.
     """
+    guard = _Guard()
+    watched = guard.options(options)
+    forward, backward = _Half(Walker(frame, watched, arclength)), None
+    try:
+        forward.walk(guard, options)
+        if both and forward.end is not EndReason.CLOSED:
+            backward = _Half(Walker(frame.reversed(), watched, -arclength))
+            backward.walk(guard, options)
+    except BaseException as error:
+        error.branch = _joined(frame, options, forward, backward, EndReason.INTERRUPTED if both else start)  # type: ignore[attr-defined]
+        raise
+    if both and backward is None:
+        start = EndReason.CLOSED
+    return _joined(frame, options, forward, backward, start)
+
+
+class _Guard:
+    """Keeps the first exception of a user's functions, so that the step in which it comes is finished and kept."""
+
+    def __init__(self) -> None:
+        self.error: BaseException | None = None
+
+    def options(self, options: TraceOptions) -> TraceOptions:
+        """The same with guarded functions; `on_point` is left to whoever collects the points."""
+        index = self._guarded(_integer(options.index), None)
+        stop_at = self._guarded(options.stop_at, True)
+        return replace(options, index=index, stop_at=stop_at, on_point=None)
+
+    def _guarded(self, function: Callable[..., Any] | None, otherwise: Any) -> Callable[..., Any] | None:
+        if function is None:
+            return None
+
+        def guarded(*arguments: Any) -> Any:
+            if self.error is None:
+                try:
+                    return function(*arguments)
+                except BaseException as error:
+                    self.error = error
+            return otherwise
+
+        return guarded
+
+    def check(self) -> None:
+        """Raise what was kept."""
+        if self.error is not None:
+            raise self.error
+
+
+def _integer(index: Callable[[Solution], Any] | None) -> Callable[[Solution], int | None] | None:
+    """The caller's index function, its result checked."""
+    if index is None:
+        return None
+
+    def checked(solution: Solution) -> int | None:
+        value = index(solution)
+        if value is not None and not isinstance(value, Integral):
+            raise ValueError(f"index: expected an integer or None, got {value!r}")
+        return None if value is None else int(value)
+
+    return checked
+
+
+class _Half:
+    """The steps of one walker, and why they end."""
+
+    def __init__(self, walker: Walker):
+        self.walker, self.steps = walker, list[Step]()
+        self.end = EndReason.INTERRUPTED
+
+    def walk(self, guard: _Guard, options: TraceOptions) -> None:
+        """Take all steps; whatever happens, those that were finished stay."""
+        guard.check()
+        for step in self.walker:
+            self.steps.append(step)
+            guard.check()
+            if options.on_point is not None:
+                options.on_point(step.point)
+        guard.check()
+        self.end = self.walker.end or EndReason.STOPPED
+        while self.failure is NewtonCode.NOT_FINITE and self.steps and not self._last_is_finite():
+            self.steps.pop()  # its last correction left the domain of the right-hand side
+
+    def _last_is_finite(self) -> bool:
+        solution, colloc = self.steps[-1].point.solution, self.walker.frame.colloc
+        there = Collocation(
+            colloc.bvp, solution.mesh, solution.points, solution.parameters, list(colloc.free), colloc.scale
+        )  # fmt: skip
+        return _is_finite(there, there.state(solution))
+
+    @property
+    def failure(self) -> NewtonCode | None:
+        """Why Newton failed last, where that is the end."""
+        return self.walker.failure if self.end is EndReason.MIN_STEP else None
+
+
+def _joined(
+    frame: Frame, options: TraceOptions, forward: _Half, backward: _Half | None, start: EndReason
+) -> Branch:
+    """The branch from its two halves; `start` is the first end's reason when there is one half only."""
     bvp = frame.colloc.bvp
     names = tuple(bvp.parameter_names[i] for i in frame.colloc.free)
-    forward = Walker(frame, options, arclength)
-    points, special, discrepancies = _collect(list(forward))
-    points = [forward.first_point(), *points]
-    first, failure, spent = start, None, forward.newton_iterations
-    if both and forward.end is EndReason.CLOSED:
-        first = EndReason.CLOSED
-    elif both:
-        backward = Walker(frame.reversed(), options, -arclength)
-        more, also, doubts = _collect(list(backward))
+    points, special, discrepancies = _collect(forward.steps)
+    points = [forward.walker.first_point(), *points]
+    first, failure, spent = start, None, forward.walker.newton_iterations
+    if backward is not None:
+        more, also, doubts = _collect(backward.steps)
         points = [_flipped(p) for p in reversed(more)] + points
         special = [_flipped_special(x) for x in reversed(also)] + special
         discrepancies = [_flipped_discrepancy(d) for d in reversed(doubts)] + discrepancies
-        first = backward.end or EndReason.STOPPED
-        failure = backward.failure if first is EndReason.MIN_STEP else None
-        spent += backward.newton_iterations
-    last = forward.end or EndReason.STOPPED
+        first, failure = backward.end, backward.failure
+        spent += backward.walker.newton_iterations
     return Branch(
-        names, tuple(points), tuple(special), (first, last), tuple(discrepancies), spent,
-        (failure, forward.failure if last is EndReason.MIN_STEP else None), {"problem": bvp.name, **options.settings()},
+        names, tuple(points), tuple(special), (first, forward.end), tuple(discrepancies), spent,
+        (failure, forward.failure), {"problem": bvp.name, **options.settings()},
     )  # fmt: skip
 
 
@@ -132,8 +273,13 @@ def switch(
         carries no directions, the other branch is the one along which the parameter changes least.
     side : 1 or -1.
     """
+    if not isinstance(at, SpecialPoint):
+        raise ValueError(f"at: expected a special point of a branch, got {at!r}")
     if at.kind != "branch point":
         raise ValueError(f"at: expected a branch point, got a {at.kind}")
+    if side not in (1, -1):
+        raise ValueError(f"side: expected 1 or -1, got {side!r}")
+    _check_names(bvp, "at", at.solution)
     options = options or TraceOptions()
     options.check_names(bvp, free)
     scale = scale or at.scale or Scale.of(bvp, at.solution)
@@ -142,41 +288,60 @@ def switch(
         options.backend,
     )  # fmt: skip
     x0 = colloc.state(at.solution)
-    direction = _other_direction(colloc, at, x0, tuple(free))
+    direction, bend = _other_direction(colloc, at, x0, tuple(free))
     if direction is None:
         return None
     origin = Frame(colloc, x0, scaled(direction, float(side)), (0.0, 0.0), error=at.solution.error)
-    found = _step_off(origin, options, first_step or options.step.initial)
+    found = _step_off(origin, bend, options, first_step or options.step.initial)
     if found is None:
         return None
     frame, step = adapted(found[0], options, correct=True)[0], found[1]
     first = Point(at.solution, 0.0, origin.tangent.scalars.copy(), origin.fold_test, 0.0)
-    branch = follow(frame, options, both=False, start=EndReason.BRANCH_POINT, arclength=step)
+    try:
+        branch = follow(frame, options, both=False, start=EndReason.BRANCH_POINT, arclength=step)
+    except BaseException as error:
+        if (part := getattr(error, "branch", None)) is not None:
+            error.branch = replace(part, points=(first, *part.points))  # type: ignore[attr-defined]
+        raise
     if any(not low <= branch.points[0].solution[name] <= high for name, (low, high) in options.bounds.items()):
         return replace(branch, points=(first,), special=(), ends=(EndReason.BRANCH_POINT, EndReason.RANGE))
     return replace(branch, points=(first, *branch.points))
 
 
-def _other_direction(colloc: Collocation, at: SpecialPoint, x0: Columns, free: tuple[str, ...]) -> Columns | None:
-    """Unit tangent of the other branch in the units of `colloc`."""
+def _other_direction(
+    colloc: Collocation, at: SpecialPoint, x0: Columns, free: tuple[str, ...]
+) -> tuple[Columns | None, Columns | None]:
+    """Unit tangent of the other branch in the units of `colloc`, and its second derivative where that is known."""
     if len(at.directions) == 1:
-        return None
+        return None, None
     if len(at.directions) == 2 and at.free in (free, ()):
-        d, scale = at.directions[1], at.scale or colloc.scale
-        unknowns = scale.unknowns / colloc.scale.unknowns
-        parameters = (scale.parameters / colloc.scale.parameters)[colloc.free]
-        d = Columns(d.stage * unknowns, d.mesh * unknowns, d.scalars * parameters)
-        return scaled(d, 1.0 / colloc.norm(d))
+        scale = at.scale or colloc.scale
+        d = _in_units(at.directions[1], scale, colloc)
+        size = colloc.norm(d)
+        bend = scaled(_in_units(at.bend, scale, colloc), size**-2) if at.bend else None
+        return scaled(d, 1.0 / size), bend
     parameter = Columns(np.zeros_like(x0.stage), np.zeros_like(x0.mesh), np.eye(len(free))[0])
     found = kernel_directions(colloc, x0, parameter)
-    return found[1][1] if found else None
+    return (found[1][1] if found else None), None
 
 
-def _step_off(origin: Frame, options: TraceOptions, step: float, attempts: int = 6) -> tuple[Frame, float] | None:
+def _in_units(v: Columns, scale: Scale, colloc: Collocation) -> Columns:
+    """A vector measured in the units of `scale`, in those of `colloc`."""
+    unknowns = scale.unknowns / colloc.scale.unknowns
+    parameters = (scale.parameters / colloc.scale.parameters)[colloc.free]
+    return Columns(v.stage * unknowns, v.mesh * unknowns, v.scalars * parameters)
+
+
+def _step_off(
+    origin: Frame, bend: Columns | None, options: TraceOptions, step: float, attempts: int = 6
+) -> tuple[Frame, float] | None:
     """First frame on a branch whose tangent at `origin` is known, inside the bounds if possible, and its distance."""
     colloc, last = origin.colloc, None
     for _ in range(attempts):
         guess = origin.predict(step)
+        if bend is not None:  # up to a share of the step: far out the parabola is no better than the tangent
+            weight = min(step * step / 2, 0.2 * step / max(colloc.norm(bend), 1e-12))
+            guess = add(guess, (weight, bend))
         result = newton(colloc, guess, [plane(colloc, origin.tangent, guess)], options.newton)
         near = result.converged and colloc.norm(add(result.state, (-1.0, guess))) < 0.5 * step
         if near and result.factorization is not None:
@@ -191,17 +356,67 @@ def _step_off(origin: Frame, options: TraceOptions, step: float, attempts: int =
 
 def _start(bvp: BVP, guess: Solution, free: Sequence[str], options: TraceOptions, scale: Scale | None) -> Frame:
     """First frame on a mesh that meets the tolerance."""
+    guess = _checked(bvp, guess)
     mesh = options.mesh
     fewest, most = mesh.intervals
     if guess.points != mesh.points or not fewest <= guess.intervals <= most:
         places = np.linspace(0, 1, int(np.clip(guess.intervals, fewest, most)) + 1)
         guess = guess.remesh(np.interp(places, np.linspace(0, 1, len(guess.mesh)), guess.mesh), mesh.points)
-    frame, result = first_frame(bvp, guess, free_indices(bvp, free), options, scale)
+    where, indices = f"start of the run at {guess!r}", free_indices(bvp, free)
+    frame, result = first_frame(bvp, guess, indices, options, scale)
     if frame is None:
-        raise NotConverged(result.code, f"start of the run at {guess!r}")
-    if frame.branch_test[0] == 0.0:  # a branch point: its mesh stays, for there is no regular system to move it
-        return frame
-    return settled(frame, options)
+        undetermined = result.code is not NewtonCode.SINGULAR and _is_undetermined(bvp, guess, indices, options)
+        raise NotConverged(NewtonCode.SINGULAR if undetermined else result.code, where)
+    if is_singular_around(frame.colloc, frame.x, frame.colloc.row(frame.tangent)):
+        raise NotConverged(NewtonCode.SINGULAR, where)
+    if frame.branch_test[0] != 0.0:  # the mesh of a branch point stays, for there is no regular system to move it
+        frame = settled(frame, options)
+    if not _is_finite(frame.colloc, frame.x):
+        raise NotConverged(NewtonCode.NOT_FINITE, where)
+    return frame
+
+
+def _is_undetermined(bvp: BVP, guess: Solution, free: list[int], options: TraceOptions) -> bool:
+    """Whether Newton failed because the conditions repeat one another (and perhaps contradict one another)."""
+    colloc = Collocation(
+        bvp, guess.mesh, guess.points, guess.parameters, free, Scale.of(bvp, guess), options.backend
+    )  # fmt: skip
+    x, name = colloc.state(guess), bvp.parameter_names[free[0]]
+    return is_singular_around(colloc, x, fixed(name, guess.parameter(name))(colloc)(x)[1])
+
+
+def _is_finite(colloc: Collocation, x: Columns) -> bool:
+    """Whether the equations can be evaluated at x."""
+    with np.errstate(all="ignore"):
+        return colloc.linearize(x).is_finite
+
+
+def _checked(bvp: BVP, start: Solution) -> Solution:
+    """The start with unknowns and parameters in the problem's order; all its numbers are finite."""
+    if not isinstance(start, Solution):
+        raise ValueError(f"start: expected a Solution, got {start!r}")
+    _check_names(bvp, "start", start)
+    for names, values in ((start.unknowns, start.values), (start.unknowns, start.stages),
+                          (start.parameter_names, start.parameters)):  # fmt: skip
+        finite = np.isfinite(values.reshape(-1, len(names))).all(axis=0)
+        if not finite.all():
+            raise ValueError(f"start: expected finite numbers, got NaN or infinity in '{names[int(finite.argmin())]}'")
+    if (start.unknowns, start.parameter_names) == (bvp.unknowns, bvp.parameter_names):
+        return start
+    order = [start.unknowns.index(name) for name in bvp.unknowns]
+    parameters = np.array([start.parameter(name) for name in bvp.parameter_names])
+    return replace(
+        start, unknowns=bvp.unknowns, parameter_names=bvp.parameter_names, values=start.values[:, order],
+        stages=start.stages[..., order], parameters=parameters,
+    )  # fmt: skip
+
+
+def _check_names(bvp: BVP, field: str, solution: Solution) -> None:
+    """Raise ValueError when a solution belongs to another problem."""
+    for kind, wanted, found in (("unknowns", bvp.unknowns, solution.unknowns),
+                                ("parameters", bvp.parameter_names, solution.parameter_names)):  # fmt: skip
+        if sorted(wanted) != sorted(found):
+            raise ValueError(f"{field}: expected the {kind} {', '.join(wanted)}, got {', '.join(found)}")
 
 
 def _collect(steps: list[Step]) -> tuple[list[Point], list[SpecialPoint], list[Discrepancy]]:

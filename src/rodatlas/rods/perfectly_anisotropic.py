@@ -14,6 +14,7 @@ from typing import Any
 import numpy as np
 
 from rodatlas.continuation import BVP, Solution, end_value, integral_of
+from rodatlas.continuation.symmetry import Symmetry
 from rodatlas.rods.kinematics import clamp_residual, director_components, directors, quaternion_rate
 
 UNKNOWNS = ("N1", "N2", "N3", "M2", "k1", "tau", "q0", "q1", "q2", "q3", "x", "y", "z")
@@ -21,6 +22,19 @@ REDUCED_UNKNOWNS = UNKNOWNS[6:]
 CONSTANTS = ("nx", "ny", "nz", "mx", "my", "mz")
 FORCE_SCALE = 300.0
 MOMENT_SCALE = 60.0
+
+# q and -q are one rotation: the reversal of a state whose right clamp is reached at -q starts at -q
+_FRAME = {"q1": -1, "q3": -1}
+SYMMETRIES = (
+    Symmetry("reversal", {"N2": -1, "M2": -1, **_FRAME, "x": "1 - dL - x", "z": "-dD - z"}, reverse=True),
+    Symmetry("angle mirror", {"N2": -1, "k1": -1, "tau": -1, **_FRAME, "y": -1}, {"psi0": -1}),
+    Symmetry(
+        "shear mirror",
+        {"N1": -1, "M2": -1, "tau": -1, "q0": "q2", "q1": "-q3", "q2": "q0", "q3": "-q1", "z": -1}, {"dD": -1},
+    ),
+    Symmetry("quaternion sign", {"q0": -1, "q1": -1, "q2": -1, "q3": -1}, gauge=True),
+)  # fmt: skip
+"""See :mod:`rodatlas.rods.symmetry` for the table."""
 
 
 @lru_cache(maxsize=1)
@@ -56,6 +70,7 @@ def rod_problem() -> BVP:
         },
         scales={"N1": FORCE_SCALE, "N2": FORCE_SCALE, "N3": FORCE_SCALE, "M2": MOMENT_SCALE, "k1": MOMENT_SCALE,
                 "tau": MOMENT_SCALE},
+        symmetries=SYMMETRIES, identities=lambda u, p: u.q0**2 + u.q1**2 + u.q2**2 + u.q3**2 - 1,
         name="perfectly anisotropic rod",
     )  # fmt: skip
 
