@@ -2,11 +2,17 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
+from bvp_problems import tangled
 from hypothesis import HealthCheck, assume, given, settings
 from hypothesis import strategies as st
+from scipy.sparse import coo_matrix
+from scipy.sparse.csgraph import connected_components
 
+from rodatlas.continuation.collocation import Collocation, Linearization, Row, Scale, free_indices
 from rodatlas.continuation.gauss import gauss_scheme
 from rodatlas.continuation.linear import Blocks, BorderedMatrix, Columns, backend_name, factor
 from rodatlas.continuation.sparsity import strong_components
@@ -155,6 +161,162 @@ def test_a_long_stiff_chain_stays_accurate(backend: str) -> None:
         assert np.abs(residual).max() < 1e-12 * np.abs(matrix).max() * np.abs(flat(x)).max()
 
 
+# -- borders ----------------------------------------------------------------------------------------------------------
+
+PROPERTY = settings(
+    max_examples=40, deadline=None, derandomize=True, suppress_health_check=[HealthCheck.filter_too_much]
+)
+
+
+def random_problem(n_int: int, m: int, backend: str, rng: np.random.Generator) -> tuple[Collocation, Linearization]:
+    """`tangled` (4 unknowns, 5 boundary and 3 integral conditions, 5 free parameters) linearised somewhere."""
+    mesh = np.concatenate([[0.0], np.cumsum(rng.uniform(0.2, 1.0, n_int))])
+    scale = Scale(rng.uniform(0.5, 2, 4), rng.uniform(0.5, 2, 6))
+    free = free_indices(tangled(), ("b", "a", "d", "c", "f"))
+    colloc = Collocation(tangled(), mesh / mesh[-1], m, tangled().parameter_vector(), free, scale, backend)
+    state = Columns(rng.normal(size=(n_int, m, 4)), rng.normal(size=(n_int + 1, 4)), rng.normal(size=5))
+    return colloc, colloc.linearize(state)
+
+
+def bordered(colloc: Collocation, lin: Linearization, rows: list[Row], columns: list[Blocks]) -> np.ndarray:
+    """The dense matrix that `Collocation.factor` stands for: rows on the ends behind the 5 boundary conditions, dense
+    rows last, columns behind the free parameters and zero in the new rows."""
+    inner = assembled(BorderedMatrix(
+        colloc.scheme, colloc.bvp.sparsity, colloc.step, lin.jac, lin.stage_scal, lin.b_left, lin.b_right, lin.b_scal,
+        lin.dense, lin.dense_scal,
+    ))  # fmt: skip
+    inner = np.hstack([inner, *[flat(c)[:, None] for c in columns]])
+    at_ends, dense = [], []
+    for row in rows:
+        weights = Columns(np.zeros((*colloc.gauss.shape, 4)), np.zeros((len(colloc.mesh), 4)), row.scalars)
+        if row.stage is not None:
+            weights.stage[:] = row.stage
+        if row.ends is not None:
+            weights.mesh[0], weights.mesh[-1] = row.ends
+        (at_ends if row.stage is None else dense).append([*flat(weights), *np.zeros(len(columns))])
+    both = [np.array(part).reshape(-1, inner.shape[1]) for part in (at_ends, dense)]
+    return np.vstack([inner[:-3], both[0], inner[-3:], both[1]])
+
+
+@pytest.mark.parametrize("backend", BACKENDS)
+@PROPERTY
+@given(n_int=st.integers(1, 6), m=st.integers(1, 5), kinds=st.lists(st.booleans(), min_size=1, max_size=4),
+       seed=st.integers(0, 10**6))  # fmt: skip
+def test_rows_and_artificial_columns_border_a_problem(
+    backend: str, n_int: int, m: int, kinds: list[bool], seed: int
+) -> None:
+    """One row on the ends for each True, one dense row for each False; all but the first bring a column."""
+    rng = np.random.default_rng(seed)
+    colloc, lin = random_problem(n_int, m, backend, rng)
+    rows = [Row(rng.normal(size=5), ends=tuple(rng.normal(size=(2, 4)))) if at_ends
+            else Row(rng.normal(size=5), stage=rng.normal(size=(n_int, m, 4))) for at_ends in kinds]  # fmt: skip
+    columns = [Blocks(rng.normal(size=(n_int, m, 4)), np.zeros((n_int, 4)), rng.normal(size=5), rng.normal(size=3))
+               for _ in rows[1:]]  # fmt: skip
+    full = bordered(colloc, lin, rows, columns)
+    condition = np.linalg.cond(full)
+    assume(condition < 1e8)
+    fac = colloc.factor(lin, rows, columns)
+    load = Blocks(rng.normal(size=(n_int, m, 4)), rng.normal(size=(n_int, 4)), rng.normal(size=5 + sum(kinds)),
+                  rng.normal(size=3 + len(kinds) - sum(kinds)))  # fmt: skip
+    functional = Columns(rng.normal(size=(n_int, m, 4)), rng.normal(size=(n_int + 1, 4)),
+                         rng.normal(size=4 + len(rows)))  # fmt: skip
+    x, y = np.linalg.solve(full, flat(load)), np.linalg.solve(full.T, flat(functional))
+    np.testing.assert_allclose(flat(fac.solve(load)), x, rtol=0, atol=1e-13 * condition * np.abs(x).max())
+    left = flat(fac.solve_transposed(functional))
+    np.testing.assert_allclose(left, y, rtol=0, atol=1e-13 * condition * np.abs(y).max())
+    log_det = np.linalg.slogdet(full)[1] - n_int * 4 * colloc.scheme.d_log
+    assert fac.log_det == pytest.approx(log_det, abs=1e-12 * condition)
+
+
+# -- invariances, on sizes that no dense matrix is needed for ---------------------------------------------------------
+
+large = st.tuples(
+    st.integers(1, 60), st.integers(1, 9), st.integers(1, 12), st.integers(0, 4), st.integers(0, 4),
+    st.floats(0.0, 0.6), st.integers(0, 10**6), st.booleans(),
+)  # fmt: skip
+
+
+def reordered(a: BorderedMatrix, order: np.ndarray, factors: np.ndarray) -> BorderedMatrix:
+    """The same with the rows at the ends permuted and multiplied."""
+    left, right, scal = (factors[:, None] * block[order] for block in (a.b_left, a.b_right, a.b_scal))
+    return replace(a, b_left=left, b_right=right, b_scal=scal)
+
+
+@pytest.mark.parametrize("backend", BACKENDS)
+@PROPERTY
+@given(drawn=large)
+def test_both_solves_belong_to_one_matrix(backend: str, drawn: tuple) -> None:
+    """<c, A^-1 b> = <A^-T c, b>, and a solution is linear in the right-hand side."""
+    assume(drawn[4] <= drawn[2] + drawn[3])
+    a = random_matrix(*drawn)
+    fac = factor(a, backend)
+    assume(fac.sign != 0.0)
+    (b, c), (b2, _) = random_sides(a, 1), random_sides(a, 2)
+    x, y = flat(fac.solve(b)), flat(fac.solve_transposed(c))
+    assume(np.abs(x).max() < 1e6 and np.abs(y).max() < 1e6)
+    size = np.abs(flat(c)) @ np.abs(x) + np.abs(y) @ np.abs(flat(b))
+    assert flat(c) @ x == pytest.approx(y @ flat(b), abs=1e-8 * size)
+    both = Blocks(b.stage - 2 * b2.stage, b.chain - 2 * b2.chain, b.ends - 2 * b2.ends, b.dense - 2 * b2.dense)
+    x2 = flat(fac.solve(b2))
+    np.testing.assert_allclose(flat(fac.solve(both)), x - 2 * x2, rtol=0, atol=1e-8 * (np.abs(x) + np.abs(x2)).max())
+
+
+@pytest.mark.parametrize("backend", BACKENDS)
+@PROPERTY
+@given(drawn=large, shuffle=st.randoms(use_true_random=False))
+def test_rows_at_the_ends_change_the_determinant_as_they_must(backend: str, drawn: tuple, shuffle) -> None:
+    """A permutation changes its sign by its parity, a factor multiplies it."""
+    assume(drawn[4] < drawn[2] + drawn[3])
+    a = random_matrix(*drawn)
+    before = factor(a, backend)
+    assume(before.sign != 0.0)
+    x = flat(before.solve(random_sides(a, 1)[0]))
+    assume(np.abs(x).max() < 1e6)
+    order = list(range(len(a.b_left)))
+    shuffle.shuffle(order)
+    factors = np.array([shuffle.choice((-3.0, 0.5, 2.0)) for _ in order])
+    after = factor(reordered(a, np.array(order), factors), backend)
+    assert after.sign == before.sign * np.linalg.det(np.eye(len(order))[order]).round() * np.prod(np.sign(factors))
+    assert after.log_det == pytest.approx(before.log_det + np.log(np.abs(factors)).sum(), abs=1e-7)
+
+
+@pytest.mark.parametrize("backend", BACKENDS)
+@PROPERTY
+@given(drawn=sizes, which=st.integers(0, 100))
+def test_a_condition_given_twice_makes_the_matrix_singular(backend: str, drawn: tuple, which: int) -> None:
+    """To round-off: the determinant is zero, or smaller by eight orders of magnitude."""
+    assume(drawn[2] + drawn[3] - drawn[4] >= 2)
+    a = random_matrix(*drawn)
+    before = factor(a, backend)
+    assume(before.sign != 0.0 and np.abs(flat(before.solve(random_sides(a, 1)[0]))).max() < 1e4)
+    order = np.arange(len(a.b_left))
+    order[which % len(order)] = order[which % len(order) - 1]
+    after = factor(reordered(a, order, np.ones(len(order))), backend)
+    assert after.sign == 0.0 or after.log_det < before.log_det - 18
+
+
+@pytest.mark.parametrize("backend", BACKENDS)
+@pytest.mark.parametrize("value", [np.nan, np.inf])
+@pytest.mark.parametrize("block", ["jac", "stage_scal", "b_left", "b_right", "b_scal", "dense", "dense_scal"])
+def test_nan_makes_a_matrix_singular_and_raises_nothing(backend: str, value: float, block: str) -> None:
+    a = random_matrix(5, 3, 4, 2, 1, 0.6, 7)
+    assert factor(a, backend).sign != 0.0
+    getattr(a, block).flat[0] = value
+    fac = factor(a, backend)
+    assert (fac.sign, fac.log_det) == (0.0, -np.inf)
+
+
+@pytest.mark.parametrize("backend", BACKENDS)
+@pytest.mark.parametrize("value", [1e200, 1e308, 1e-320])
+@pytest.mark.parametrize("block", ["jac", "stage_scal", "b_left", "b_scal", "dense"])
+def test_huge_and_tiny_entries_raise_nothing(backend: str, value: float, block: str) -> None:
+    a = random_matrix(5, 3, 4, 2, 1, 0.6, 7)
+    getattr(a, block).flat[0] = value
+    fac = factor(a, backend)
+    assert not np.isnan(fac.log_det)
+    assert (fac.sign == 0.0) == (fac.log_det == -np.inf)
+
+
 def test_backends_agree_on_a_rod_sized_matrix() -> None:
     a = random_matrix(50, 4, 13, 1, 1, 0.15, 11)
     rhs, functional = random_sides(a, 12)
@@ -188,3 +350,20 @@ def test_strong_components_are_in_order_of_dependence() -> None:
     assert sp.coupled[order[(3,)]]
     assert not sp.coupled[order[(2,)]]
     assert not sp.coupled[order[(4,)]]
+
+
+@PROPERTY
+@given(size=st.integers(1, 12), density=st.floats(0.0, 0.5), seed=st.integers(0, 10**6))
+def test_components_are_those_of_the_graph(size: int, density: float, seed: int) -> None:
+    rows, cols = np.nonzero(np.random.default_rng(seed).random((size, size)) < density)
+    sp = strong_components(size, rows.astype(np.int64), cols.astype(np.int64))
+    graph = coo_matrix((np.ones(len(rows)), (rows, cols)), shape=(size, size))
+    count, label = connected_components(graph, connection="strong")
+    assert sorted(u for c in sp.components for u in c) == list(range(size))
+    known = {frozenset(np.flatnonzero(label == i).tolist()) for i in range(count)}
+    assert {frozenset(c) for c in sp.components} == known
+    home = {u: i for i, c in enumerate(sp.components) for u in c}
+    assert all(home[c] <= home[r] for r, c in zip(rows.tolist(), cols.tolist(), strict=True))
+    paths = np.linalg.matrix_power(np.eye(size, dtype=int) + (graph.toarray() > 0), size) > 0
+    for i, c in enumerate(sp.components):
+        assert sp.reach[sp.reach_ptr[i] : sp.reach_ptr[i + 1]].tolist() == np.flatnonzero(paths[c[0]]).tolist()

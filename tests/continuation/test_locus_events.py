@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from bvp_problems import algebraic, constant
 
-from rodatlas.continuation import EndReason, Locus, Status, TraceOptions, end_value, follow_locus, trace
+from rodatlas.continuation import EndReason, Locus, Status, TraceOptions, end_value, fold_locus_at, follow_locus, trace
 
 PLANE = ("lam", "mu")
 
@@ -120,10 +120,11 @@ def test_fold_passes_a_branch_point_seen_from_both_loci():
 
 
 def independent():
-    """lam - mu - x^2 - y^2, y (x - mu - y^2): the trunk's fold and the pitchfork on it pass each other at mu = 0."""
+    """lam - mu - x^2 - y^2, y (x - mu - y^2): the fold and the pitchfork on it pass each other at mu = 0."""
     return algebraic(
-        lambda u, p: [p.lam - p.mu - u.x**2 - u.y**2, u.y * (u.x - p.mu - u.y**2)], unknowns=("x", "y"), parameters=PLANE
-    )
+        lambda u, p: [p.lam - p.mu - u.x**2 - u.y**2, u.y * (u.x - p.mu - u.y**2)],
+        unknowns=("x", "y"), parameters=PLANE,
+    )  # fmt: skip
 
 
 def test_fold_of_the_trunk_passes_a_pitchfork_seen_from_both_loci():
@@ -164,6 +165,20 @@ def test_criticality_starts_a_fold_locus():
     assert EndReason.CRITICALITY in locus.ends
     (event,) = locus.of_kind("criticality")
     np.testing.assert_allclose(place(event), 0.0, atol=1e-6)
+
+
+def test_fold_locus_is_found_from_the_criticality():
+    """x (lam - mu x^2 + x^4): from the pitchfork's locus to that of the folds, which ends on it."""
+    bvp = algebraic(lambda u, p: [u.x * (p.lam - p.mu * u.x**2 + u.x**4)], parameters=PLANE)
+    pitchforks = in_plane(bvp, first_special(bvp, "branch point", -1.0, 1.0, lam=-1.0, mu=-0.5))
+    (event,) = pitchforks.events
+    assert event.kind == "criticality"
+    np.testing.assert_allclose(place(event), 0.0, atol=1e-9)
+    folds = fold_locus_at(bvp, pitchforks, event, TraceOptions(bounds={"mu": (-1.0, 1.0)}))
+    np.testing.assert_allclose(folds.column("lam"), folds.column("mu") ** 2 / 4, atol=1e-9)
+    assert set(folds.ends) == {EndReason.CRITICALITY, EndReason.RANGE}
+    with pytest.raises(ValueError, match="event: expected a criticality on a locus of branch points, got a"):
+        fold_locus_at(bvp, folds, folds.events[0])
 
 
 def test_locus_of_a_value():

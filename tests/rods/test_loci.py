@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from rodatlas.continuation import Status, TraceOptions, follow_locus, trace
+from rodatlas.continuation import Status, TraceOptions, fold_locus_at, follow_locus, trace
 from rodatlas.rods import Ends, rod_problem, state_at
 
 PLANE = ("dD", "psi0")
@@ -55,3 +55,16 @@ def test_fold_locus_of_w():
     assert min(angles(found, "cusp")) == pytest.approx(0.135, abs=0.001)
     touching = sorted(angles(found, "extremum", "psi0"))
     assert touching == pytest.approx([27.7098, 30.6200], abs=0.002)
+    words = {e.what for e in found.events if e.kind == "extremum" and e.parameter == "psi0"}
+    assert words == {"two branches touch: they merge and split"}
+
+
+def test_fold_locus_12_is_born_where_pitchfork_4_turns_subcritical(u_branch):
+    pitchforks = locus(u_branch[0], 0.0, 60.0)
+    (event,) = pitchforks.of_kind("criticality")
+    bounds = {"dD": (0.0, 0.7), "psi0": (0.0, np.radians(60.0))}
+    folds = fold_locus_at(rod_problem(), pitchforks, event, TraceOptions(bounds=bounds))
+    assert {reason.name for reason in folds.ends} == {"CRITICALITY", "RANGE"}
+    (end,) = folds.of_kind("criticality")
+    assert end.solution["psi0"] == pytest.approx(event.solution["psi0"], abs=1e-5)
+    assert end.solution["dD"] == pytest.approx(event.solution["dD"], abs=1e-5)

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -16,6 +17,9 @@ from rodatlas.continuation.gauss import gauss_scheme
 from rodatlas.continuation.linear import Blocks, BorderedMatrix, Columns, Factorization, factor
 from rodatlas.continuation.problem import BVP
 from rodatlas.continuation.solution import Interpolation, Solution, stage_points
+
+if TYPE_CHECKING:
+    from rodatlas.continuation.isotropy import Subspace
 
 
 @dataclass(frozen=True)
@@ -96,12 +100,12 @@ class Collocation:
     base : (np,) values of all parameters; the free ones are overridden by the state
     free : indices of the free parameters, the first one being the continuation parameter
     scale : Scale
-    within : projection of Newton's corrections on a linear subspace, see :mod:`rodatlas.continuation.isotropy`
+    within : subspace of symmetric states in which Newton's method stays, see :mod:`rodatlas.continuation.isotropy`
     """
 
     def __init__(
         self, bvp: BVP, mesh: np.ndarray, points: int, base: np.ndarray, free: Sequence[int], scale: Scale,
-        backend: str | None = None, within: Callable[[Columns], Columns] | None = None,
+        backend: str | None = None, within: Subspace | None = None,
     ):  # fmt: skip
         self.bvp, self.mesh, self.scheme, self.scale = bvp, mesh, gauss_scheme(points), scale
         self.base, self.free, self.backend = base.copy(), np.array(free, dtype=np.int64), backend

@@ -45,7 +45,7 @@ def image(bvp: BVP, symmetry: str, solution: Solution) -> Solution:
 
 
 def isotropy(
-    bvp: BVP, solution: Solution, tolerance: float = 1e-6, among: Sequence[str] | None = None
+    bvp: BVP, solution: Solution, tolerance: float = 1e-5, among: Sequence[str] | None = None
 ) -> tuple[str, ...]:
     """Names of the symmetries that leave a solution unchanged (up to a gauge).
 
@@ -86,7 +86,7 @@ def parity(colloc: Collocation, symmetry: str, x: Columns, v: Columns, tolerance
 
 
 def broken(
-    colloc: Collocation, x: Columns, v: Columns, tolerance: float = 1e-6, among: Sequence[str] | None = None
+    colloc: Collocation, x: Columns, v: Columns, tolerance: float = 1e-5, among: Sequence[str] | None = None
 ) -> tuple[str, ...]:
     """Names of the symmetries of the solution x that a kernel vector v does not have: a branch along v loses them.
 
@@ -119,12 +119,15 @@ def acted(colloc: Collocation, action: Action, x: Columns, tangent: bool = False
 
 def symmetric_mesh(mesh: np.ndarray) -> np.ndarray:
     """The mesh nearest to a given one that is its own mirror image about s = 1/2."""
+    if np.abs(mesh + mesh[::-1] - 1.0).max() < 1e-15:
+        return mesh
     out = (mesh + 1.0 - mesh[::-1]) / 2
     out[0], out[-1] = 0.0, 1.0
     return out
 
 
 def is_symmetric_mesh(mesh: np.ndarray) -> bool:
+    """Whether a mesh is its own mirror image about s = 1/2, but for round-off."""
     return bool(np.abs(mesh + mesh[::-1] - 1.0).max() < 1e-12)
 
 
@@ -169,6 +172,10 @@ class Subspace:
         """Projection of a state."""
         p = x.scalars[: len(self.scalars)]
         return self._mapped(x, self.by_scalars @ p + self.shift, self.scalars @ p + self.scalar_shift)
+
+    def mesh(self, mesh: np.ndarray) -> np.ndarray:
+        """The mesh nearest to a given one on which the projection can be made."""
+        return symmetric_mesh(mesh) if self.reverses else mesh
 
     def _mapped(self, x: Columns, shift: np.ndarray, scalars: np.ndarray) -> Columns:
         stage, mesh = x.stage @ self.direct.T + shift, x.mesh @ self.direct.T + shift

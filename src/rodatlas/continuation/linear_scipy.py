@@ -31,9 +31,10 @@ class ScipyFactorization:
         self.sign, self.log_det = 0.0, -np.inf
         n_int, _, n, _ = a.sizes
         try:
-            self._stages = _Stages(a)
-            self._sens = self._stages.sensitivities()
-            self._lu = splu(_mesh_matrix(a, self._sens), permc_spec="NATURAL")
+            with np.errstate(all="ignore"):  # of NaN and overflow, which end below with sign 0
+                self._stages = _Stages(a)
+                self._sens = self._stages.sensitivities()
+                self._lu = splu(_mesh_matrix(a, self._sens), permc_spec="NATURAL")
         except (np.linalg.LinAlgError, RuntimeError):  # their words for an exactly singular matrix
             return
         diagonal = self._lu.U.diagonal()

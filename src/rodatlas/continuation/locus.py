@@ -5,15 +5,17 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import replace
 
-from rodatlas.continuation.collocation import free_indices
+from rodatlas.continuation.collocation import add, free_indices, scaled
 from rodatlas.continuation.locus_events import Stretch, crowded, locate, on_curve, watched
 from rodatlas.continuation.locus_frame import LocusFrame, Sought, adapted, correct, first_frame
 from rodatlas.continuation.locus_results import Locus, LocusEvent, LocusPoint
 from rodatlas.continuation.newton import NewtonCode
 from rodatlas.continuation.options import TraceOptions
 from rodatlas.continuation.problem import BVP
-from rodatlas.continuation.results import EndReason, SpecialPoint
+from rodatlas.continuation.results import EndReason, SpecialPoint, Status
 from rodatlas.continuation.trace import NotConverged
+
+SMOOTH = 0.05  # the chord of a step may differ by this share from the mean of the tangents at its ends
 
 
 def follow_locus(
@@ -86,15 +88,14 @@ class _Walk:
     def run(self) -> None:
         """Walk until there is a reason to end."""
         control, step = self.options.step, self.options.step.initial
+        largest = step
         while self.end is None:
             tried = self._attempt(step)
-            stretch, landed = (self._landed(tried[0], step) if tried else None), False
-            if stretch is not None and tried is not None:
-                landed = stretch.right is not tried[0]
-            found = watched(stretch, self.names) if stretch else []
+            stretch = self._landed(tried[0], step) if tried else None
             if self.end is not None:
                 break
-            if stretch is None or tried is None or (step > 64 * control.minimum and crowded(stretch, found)):
+            events = self._events(stretch, step, largest) if stretch is not None else None
+            if tried is None or stretch is None or events is None:
                 step *= 0.5
                 if step < control.minimum:
                     self.end = EndReason.MIN_STEP
@@ -102,10 +103,19 @@ class _Walk:
             if self._breaks_up(stretch.right):
                 self.end = EndReason.UNFOLDED
                 break
-            self.end = EndReason.RANGE if landed else None
-            events = sorted((locate(stretch, w, self.names) for w in found), key=lambda e: e.arclength)
+            self.end = EndReason.RANGE if stretch.right is not tried[0] else None
             self._accept(stretch, events)
-            step = control.next_step(step, tried[1], stretch.right.iterations)
+            step = largest = control.next_step(step, tried[1], stretch.right.iterations)
+
+    def _events(self, stretch: Stretch, step: float, largest: float) -> list[LocusEvent] | None:
+        """The special points on a stretch; None when a shorter step should tell more."""
+        found = watched(stretch, self.names)
+        if step > 64 * self.options.step.minimum and crowded(stretch, found):
+            return None
+        events = [locate(stretch, w, self.names) for w in found]
+        if step > largest / 16 and any(e.status is Status.BRACKETED for e in events):
+            return None
+        return sorted(events, key=lambda e: e.arclength)
 
     def _attempt(self, step: float) -> tuple[LocusFrame, float] | None:
         """Correct a step: the frame and the first correction; None when a smaller step is needed."""
@@ -118,15 +128,19 @@ class _Walk:
             return None
         if here.colloc.inner(frame.tangent, here.tangent) < control.min_cosine:
             return None
+        chord = add(frame.x, (-1.0, here.x))
+        length = here.colloc.norm(chord)
+        mean = add(scaled(here.tangent, 0.5 * length), (0.5 * length, frame.tangent))
+        if here.colloc.norm(add(chord, (-1.0, mean))) > SMOOTH * length:  # on another curve
+            return None
         return replace(frame, previous=here.tangent, previous_step=step), corrections[0]
 
     def _accept(self, stretch: Stretch, events: list[LocusEvent]) -> None:
         ending = next((e for e in events if self.sought.kind == "fold" and e.kind == "criticality"), None)
         if ending is not None:  # beyond it the locus is its own mirror image
             self.events += [e for e in events if e.arclength <= ending.arclength]
-            last = stretch.corrected((ending.arclength - stretch.start) / stretch.step) or stretch.right
             self.arclength = ending.arclength
-            self.points.append(self._point(last))
+            self.points.append(replace(self._point(stretch.left), solution=ending.solution))
             self.end = EndReason.CRITICALITY
             return
         closing = on_curve(stretch.right, self.start, stretch.step) if len(self.points) >= 4 else None

@@ -78,15 +78,58 @@ class Stretch:
             return None
         return known[-1][1], fraction
 
+    def singular_root(self, test: Test) -> tuple[LocusFrame, float] | None:
+        """The same where the equations of the locus are singular, so that Newton fails close to the root.
+
+        Points on both sides close in on it as far as the function stays nearly linear; then interpolation between
+        them, whose error is of fourth order in their distance, gives it.
+        """
+        known = [(0.0, self.left, test(self.left)), (1.0, self.right, test(self.right))]
+        (a, left, low), (b, right, high) = known
+        while (b - a) * self.step > 0.005:
+            slope = (high - low) / (b - a)
+            middle, width = a - low / slope, 0.15 * (b - a)
+            places = max(a + 0.1 * width, middle - width), min(b - 0.1 * width, middle + width)
+            frames = [self.corrected(place) for place in places]
+            if any(f is None for f in frames):
+                break
+            values = [test(f) for f in frames if f is not None]
+            if min(v / (place - middle) for v, place in zip(values, places, strict=True)) / slope < 0.4:
+                break  # on another curve
+            known += [(p, f, v) for p, f, v in zip(places, frames, values, strict=True) if f is not None]
+            (a, left, low), (b, right, high) = known[-2:]
+        if (b - a) * self.step > 0.1:
+            return None
+        fraction = _root_of_polynomial([(p, v) for p, _, v in known[-4:]], a, b)
+        distance = self.right.colloc.norm(add(right.x, (-1.0, left.x)))
+        between = replace(self, left=left, right=right, step=distance)
+        x, tangent = between._interpolated((fraction - a) / (b - a))
+        return replace(left, x=x, tangent=tangent), fraction
+
+
+def _root_of_polynomial(points: list[tuple[float, float]], a: float, b: float) -> float:
+    """Root between a and b of the polynomial through some points, whose values at a and b differ in sign."""
+    from scipy.interpolate import BarycentricInterpolator
+    from scipy.optimize import brentq
+
+    polynomial = BarycentricInterpolator(*np.array(points).T)
+    return float(brentq(lambda t: float(polynomial(t)), a, b, xtol=1e-14))
+
 
 @dataclass(frozen=True)
 class Watched:
-    """A test function, what its zero is called, and which parameter is extreme there."""
+    """A test function, what its zero is called, and which parameter is extreme there.
+
+    singular : the equations of the locus are singular there; precise : a smooth test for location, where `test` is
+        good for detection only.
+    """
 
     kind: str
     test: Test
     what: str = ""
     parameter: str = ""
+    singular: bool = False
+    precise: Callable[[Stretch], Test] | None = None
 
     def changes(self, stretch: Stretch) -> bool:
         """Whether it changes sign on a stretch, by more than round-off."""
@@ -120,17 +163,28 @@ def watched(stretch: Stretch, names: tuple[str, ...]) -> list[Watched]:
             turns += [turn] if turn.changes(sharp or stretch) else []
     if _CUSP not in found:
         return found + turns
+    meeting = _meeting(stretch, len(turns))
+    if meeting is not None:
+        return [meeting if w is _CUSP else w for w in found]
     if len(turns) == 2:  # as at a cusp
         return found
-    if _meets_branch_point(stretch):
-        return [_PASSES if w is _CUSP else w for w in found]
     return found + (turns or [Watched("extremum", _component(i), "", name) for i, name in enumerate(names[:2])])
 
 
-def _meets_branch_point(stretch: Stretch) -> bool:
-    """Whether the parameters have lost their effect on the kernel where the quadratic term vanishes."""
-    found = stretch.root(_CUSP.test)
-    return found is not None and _shares(found[0]) < 0.05 * max(map(_shares, _ends(stretch)))
+def _meeting(stretch: Stretch, turns: int) -> Watched | None:
+    """What a locus of folds meets where both parameters lose their effect on the kernel, and it on them again.
+
+    At a pitchfork that changes between super- and subcritical both parameters turn, and the quadratic term has a
+    triple zero, which is no good for locating it.
+    """
+    left, right = (np.array(frame.tests.shares) for frame in _ends(stretch))
+    if left @ right >= 0:
+        return None
+    i = int(np.argmax(np.abs(left - right)))
+    kind, what = "coalescence", "the fold passes through a branch point"
+    if turns == 2:
+        kind, what = "criticality", "the pitchfork here changes between super- and subcritical"
+    return Watched(kind, lambda f: f.tests.shares[i], what, singular=True)
 
 
 def _ends(stretch: Stretch) -> tuple[LocusFrame, LocusFrame]:
@@ -149,7 +203,6 @@ def _value(name: str) -> Test:
 
 
 _CUSP = Watched("cusp", _value("cusp"), "two folds meet")
-_PASSES = Watched("coalescence", _value("cusp"), "the fold passes through a branch point")
 _QUADRATIC = Watched("coalescence", _value("quadratic"), "a fold of the side branch passes")
 _CRITICALITY = Watched("criticality", _value("criticality"), "super- and subcritical change")
 _TRUNK = Watched("coalescence", _value("trunk"), "the branch that is crossed has a fold")
@@ -158,9 +211,9 @@ _TRUNK = Watched("coalescence", _value("trunk"), "the branch that is crossed has
 def _candidates(stretch: Stretch) -> list[Watched]:
     """What is watched on a locus of this kind, besides its turns."""
     if stretch.sought.kind == "fold":
-        return [_CUSP, Watched("coalescence", _determinant(stretch), "the fold meets a branch point")]
+        return [_CUSP, _second_kernel("coalescence", "the fold meets a branch point")]
     if stretch.sought.kind == "branch point":
-        other = Watched("crossing", _determinant(stretch), "another branch point at the same solution")
+        other = _second_kernel("crossing", "another branch point at the same solution")
         return [_QUADRATIC, _CRITICALITY, _TRUNK, other]
     return []
 
@@ -180,15 +233,14 @@ def crowded(stretch: Stretch, found: list[Watched]) -> bool:
 
 def locate(stretch: Stretch, what: Watched, names: tuple[str, ...]) -> LocusEvent:
     """The special point, located by root finding on corrected points and told apart by its normal form."""
-    found = stretch.root(what.test)
+    test = what.precise(stretch) if what.precise else what.test
+    found = stretch.singular_root(test) if what.singular else stretch.root(test)
     status = Status.CONVERGED if found else Status.BRACKETED
     at, fraction = found or (stretch.right, 1.0)
     arclength = stretch.start + fraction * stretch.step
     bracket = (arclength, arclength) if found else (stretch.start, stretch.start + stretch.step)
     solution = at.colloc.solution(at.x, stretch.right.error)
-    event = LocusEvent(what.kind, what.parameter, solution, arclength, status, bracket, what.test(at), what.what)
-    if what.kind == "cusp" and _shares(at) < 0.05 * max(map(_shares, _ends(stretch))):
-        return replace(event, kind="criticality", what="the pitchfork here changes between super- and subcritical")
+    event = LocusEvent(what.kind, what.parameter, solution, arclength, status, bracket, test(at), what.what)
     if what.kind == "cusp":
         return replace(event, coefficients=cusp_form(at.colloc, at.x, at.border))
     if what.kind == "extremum":
@@ -214,17 +266,23 @@ def _turn(sought: Sought, at: LocusFrame, parameter: int) -> str:
     return f"isola center: a closed branch {'appears' if grows else 'vanishes'} as the parameter grows"
 
 
-def _shares(frame: LocusFrame) -> float:
-    return float(np.hypot(*frame.tests.shares))
+def _second_kernel(kind: str, what: str) -> Watched:
+    """One more vector in the kernel: the bordered determinant changes sign."""
+    return Watched(kind, lambda frame: frame.tests.determinant[0], what, singular=True, precise=_determinant)
 
 
 def _determinant(stretch: Stretch) -> Test:
-    """Sign of the bordered determinant, with its size relative to that at the right end where meshes agree."""
+    """The bordered determinant relative to that at the right end, with the same borders at both."""
     reference = stretch.right.tests.determinant[1]
+    left = stretch.left
 
     def test(frame: LocusFrame) -> float:
-        sign, log_det = frame.tests.determinant
-        return sign if frame is stretch.left else sign * float(np.exp(min(log_det - reference, 50.0)))
+        if frame is left:
+            local = stretch.sought.local(stretch.right.colloc, left.x, stretch.right.border, left.unfolding)
+            sign, log_det = local.measure().determinant if local else left.tests.determinant
+        else:
+            sign, log_det = frame.tests.determinant
+        return sign * float(np.exp(min(log_det - reference, 50.0)))
 
     return test
 

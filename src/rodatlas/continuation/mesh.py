@@ -10,6 +10,7 @@ from rodatlas.continuation.collocation import Collocation, add
 from rodatlas.continuation.linear import Columns
 
 MIN_INTERVALS = 4
+MIN_WIDTH = 1e-12  # narrowest interval, in units of the mean one: below about 1e-14 two mesh points could coincide
 
 
 @dataclass(frozen=True)
@@ -65,10 +66,16 @@ def monitor(colloc: Collocation, x: Columns) -> np.ndarray:
 
 
 def equidistribute(mesh: np.ndarray, density: np.ndarray, intervals: int) -> np.ndarray:
-    """Mesh of `intervals` that all hold the same integral of a piecewise constant density."""
+    """Mesh of `intervals` that all hold the same integral of a piecewise constant density.
+
+    Intervals that would be too narrow for two floating-point numbers to differ are widened.
+    """
     cumulative = np.concatenate([[0.0], np.cumsum(density * np.diff(mesh))])
     new = np.interp(np.linspace(0.0, cumulative[-1], intervals + 1), cumulative, mesh)
     new[0], new[-1] = mesh[0], mesh[-1]
+    mean = (mesh[-1] - mesh[0]) / intervals
+    if np.diff(new).min() < MIN_WIDTH * mean:
+        new += 1e2 * MIN_WIDTH * (np.linspace(mesh[0], mesh[-1], intervals + 1) - new)
     return new
 
 

@@ -71,7 +71,8 @@ def newton(
 
     Convergence is quadratic, so after two corrections :math:`\delta_1, \delta_2` the next one is about
     :math:`\delta_2^3/\delta_1^2`; the run ends when that estimate is below the tolerance, without an evaluation
-    that would only confirm it. Corrections are projected on the subspace of the discretisation, if it has one.
+    that would only confirm it. State and corrections are projected on the subspace of the discretisation, if it has
+    one.
     """
     options = options or NewtonOptions()
     sizes: list[float] = []
@@ -81,6 +82,8 @@ def newton(
     def result(code: NewtonCode) -> NewtonResult:
         return NewtonResult(code, x, factorization, lin, tuple(sizes), float(estimate))
 
+    if colloc.within is not None:
+        x = colloc.within.state(x)
     for _ in range(options.max_iterations):
         with np.errstate(all="ignore"):
             lin = colloc.linearize(x)

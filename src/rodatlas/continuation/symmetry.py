@@ -25,7 +25,7 @@ TOLERANCE = 1e-8
 Map = Mapping[str, "float | str"] | np.ndarray
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Symmetry:
     """Declaration of one symmetry.
 
