@@ -13,6 +13,7 @@ from rodatlas.continuation import BVP, MeshControl, Solution, TraceOptions, inte
 from rodatlas.continuation.collocation import Collocation, Scale, add, scaled
 from rodatlas.continuation.isotropy import (
     broken,
+    broken_at,
     generated,
     image,
     is_symmetric_mesh,
@@ -201,11 +202,10 @@ def test_coupled_plates_have_both_symmetries() -> None:
     )  # fmt: skip
     assert list(bvp.symmetries) == ["up-down", "reversal"]
     line = trace(bvp, constant(bvp, lam=5.0), ("lam",), TraceOptions(bounds={"lam": (5.0, 45.0)}))
-    lost = []
-    for special in line.special:  # lam = pi^2 and 4 pi^2
-        colloc, x = discrete(bvp, special.solution, ("lam",))
-        lost.append(broken(colloc, x, special.directions[1]))
+    lost = [broken_at(bvp, special) for special in line.special]  # lam = pi^2 and 4 pi^2
     assert lost == [("up-down",), ("up-down", "reversal")]
+    assert broken_at(bvp, line.special[1], among=["up-down * reversal"]) == ()
+    assert broken_at(bvp, replace(line.special[0], directions=())) == ()
 
 
 def test_boundary_conditions_may_need_what_holds_along_solutions() -> None:

@@ -9,8 +9,8 @@ from rodatlas.continuation import TraceOptions, solve, switch, trace
 from rodatlas.continuation.collocation import Collocation
 from rodatlas.continuation.frame import first_frame
 from rodatlas.continuation.isotropy import broken as lost_at
+from rodatlas.continuation.isotropy import broken_at, isotropy, parity
 from rodatlas.continuation.isotropy import image as image_of
-from rodatlas.continuation.isotropy import isotropy, parity
 from rodatlas.continuation.symmetry import checked
 from rodatlas.rods import (
     Ends,
@@ -25,6 +25,7 @@ from rodatlas.rods import (
     state_at,
 )
 from rodatlas.rods.perfectly_anisotropic import SYMMETRIES
+from rodatlas.rods.symmetry import asymmetry
 
 TO_045 = TraceOptions(bounds={"dD": (0.0, 0.45)})
 
@@ -118,7 +119,7 @@ def test_the_kernel_of_pitchfork_4_is_odd_under_the_reversal(sheared):
     colloc, x = at_special(pitchfork)
     along, across = pitchfork.directions
     assert [parity(colloc, "reversal", x, v) for v in (along, across)] == [1, -1]
-    assert lost_at(colloc, x, across) == ("reversal",)
+    assert lost_at(colloc, x, across) == broken_at(rod_problem(), pitchfork) == ("reversal",)
 
 
 def test_the_kernel_at_a_fold_of_w_keeps_the_reversal(planar):
@@ -146,3 +147,18 @@ def test_a_full_turn_of_link_changes_the_sign_of_the_reversed_quaternion(sheared
 def test_the_reversal_needs_the_sign_of_the_quaternion():
     with pytest.raises(ValueError, match="'reversal' does not respect the boundary conditions"):
         checked(rod_problem(), [s for s in SYMMETRIES if not s.gauge])
+
+
+def test_a_branch_is_followed_within_its_symmetry(sheared):
+    """The same branch and pitchfork, every state symmetric to the last digit; a broken guess leads to it as well."""
+    inside = replace(TO_045, within=("reversal",))
+    branch = trace(rod_problem(), state_at(Ends(15.0)), ("dD",), inside, both=False)
+    assert [x.kind for x in branch.special] == ["branch point"]
+    assert abs(branch.special[0].solution["dD"] - sheared.special[0].solution["dD"]) < 1e-9
+    assert max(asymmetry(p.solution) for p in branch) < 1e-13
+    assert branch.settings["within"] == ["reversal"]
+    side = switch(rod_problem(), sheared.special[0], ("dD",), replace(TO_045, bounds={"dD": (0.0, 0.335)}))
+    found = solve(rod_problem(), side.points[-1].solution, ("dD",), inside)
+    assert asymmetry(found) < 1e-13 < 0.1 < asymmetry(side.points[-1].solution)
+    with pytest.raises(ValueError, match="keep the parameter 'dD', got shear mirror"):
+        trace(rod_problem(), state_at(Ends(15.0)), ("dD",), replace(TO_045, within=("shear mirror",)))

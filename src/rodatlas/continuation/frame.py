@@ -8,6 +8,7 @@ import numpy as np
 
 from rodatlas.continuation.augmented import kernel_directions
 from rodatlas.continuation.collocation import Collocation, Scale, add, predicted, scaled
+from rodatlas.continuation.isotropy import restrict, symmetric_mesh
 from rodatlas.continuation.linear import Blocks, Columns, Factorization
 from rodatlas.continuation.mesh import equidistribute, error_estimate, monitor, wanted_intervals
 from rodatlas.continuation.newton import NewtonCode, NewtonResult, fixed, newton, plane
@@ -66,7 +67,7 @@ class Frame:
         """The frame interpolated on another mesh; the state is to be corrected there."""
         old = self.colloc
         new = Collocation(
-            old.bvp, mesh, old.scheme.points, old.base, list(old.free), old.scale, old.backend
+            old.bvp, mesh, old.scheme.points, old.base, list(old.free), old.scale, old.backend, old.within
         )  # fmt: skip
         carry = old.carrier(new)
         previous, weakest = (carry(v) if v is not None else None for v in (self.previous, self.weakest))
@@ -78,6 +79,8 @@ class Frame:
 def unit_tangent(colloc: Collocation, fac: Factorization, along: Columns) -> Columns:
     """Unit tangent with <tangent, along> > 0 from a matrix bordered with `along`."""
     v = fac.solve(colloc.right_hand_side(None, [colloc.row(along)], [1.0]))
+    if colloc.within is not None:
+        v = colloc.within(v)
     return scaled(v, 1.0 / colloc.norm(v))
 
 
@@ -121,10 +124,12 @@ def first_frame(
     of the branch along which the parameter changes most, and the frame's determinant is zero.
     """
     scale = scale or Scale.of(bvp, solution)
+    if options.within:
+        solution = solution.remesh(symmetric_mesh(solution.mesh))
     colloc = Collocation(
         bvp, solution.mesh, solution.points, solution.parameters, free, scale, options.backend
     )  # fmt: skip
-    x = colloc.state(solution)
+    x = restrict(colloc, options.within, colloc.state(solution))
     name = bvp.parameter_names[free[0]]
     held = fixed(name, solution.parameter(name))(colloc)
     failed = None
@@ -201,7 +206,7 @@ def adapted(frame: Frame, options: TraceOptions, correct: bool) -> tuple[Frame, 
         error = estimate.error
         intervals = wanted_intervals(control, intervals, estimate)
     mesh = equidistribute(colloc.mesh, monitor(colloc, frame.x), intervals)
-    moved = frame.on_mesh(mesh)
+    moved = frame.on_mesh(mesh if colloc.within is None else colloc.within.mesh(mesh))
     carried = error * max(1.0, len(colloc.step) / intervals) ** (2 * colloc.scheme.points)  # on fewer intervals
     if not correct:
         return replace(moved, error=carried), spent

@@ -5,14 +5,18 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import reduce
+from typing import TYPE_CHECKING
 
 import numpy as np
 
-from rodatlas.continuation.collocation import Collocation, Scale, add
+from rodatlas.continuation.collocation import Collocation, Scale, add, free_indices
 from rodatlas.continuation.linear import Columns
 from rodatlas.continuation.problem import BVP
 from rodatlas.continuation.solution import Interpolation, Solution
 from rodatlas.continuation.symmetry import Action
+
+if TYPE_CHECKING:
+    from rodatlas.continuation.results import SpecialPoint
 
 LARGEST_GROUP = 96
 
@@ -97,6 +101,17 @@ def broken(
     names = tuple(colloc.bvp.symmetries) if among is None else tuple(among)
     own = [name for name in names if _nearest(colloc, name, x)[1] < tolerance]
     return tuple(name for name in own if parity(colloc, name, x, v) != 1)
+
+
+def broken_at(bvp: BVP, special: SpecialPoint, among: Sequence[str] | None = None) -> tuple[str, ...]:
+    """Names of the symmetries that the other branch through a branch point loses; none where it is not known."""
+    if len(special.directions) < 2:
+        return ()
+    found, scale = special.solution, special.scale or Scale.of(bvp, special.solution)
+    colloc = Collocation(
+        bvp, found.mesh, found.points, found.parameters, free_indices(bvp, special.free), scale
+    )  # fmt: skip
+    return broken(colloc, colloc.state(found), special.directions[1], among=among)
 
 
 def acted(colloc: Collocation, action: Action, x: Columns, tangent: bool = False) -> Columns:

@@ -71,6 +71,8 @@ class TraceOptions:
     on_point : called with every accepted point of a branch or locus (progress).
     max_points, max_folds : limits in each direction; the branch ends at the fold that is one too many.
     backend : 'numba' or 'scipy'; None follows the environment variable RODATLAS_BACKEND and what is installed.
+    within : names of symmetries (or products 'a * b') that every state of the branch keeps: it passes the pitchforks
+        where they are lost, which are located all the same. Side branches are followed outside.
     """
 
     step: StepControl = field(default_factory=StepControl)
@@ -85,6 +87,7 @@ class TraceOptions:
     max_points: int = 1000
     max_folds: int | None = None
     backend: str | None = None
+    within: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
         for kind in self.locate:
@@ -114,7 +117,7 @@ class TraceOptions:
         plain["mesh"]["intervals"] = list(self.mesh.intervals)
         plain["bounds"] = {name: [float(v) for v in pair] for name, pair in self.bounds.items()}
         plain["zeros"] = {name: float(v) for name, v in self.zeros.items()}
-        plain["locate"] = list(self.locate)
+        plain["locate"], plain["within"] = list(self.locate), list(self.within)
         for key in ("index", "stop_at"):
             function = getattr(self, key)
             plain[key] = None if function is None else getattr(function, "__qualname__", type(function).__name__)

@@ -11,7 +11,6 @@ from typing import Any
 
 import numpy as np
 
-from rodatlas.continuation.evaluator import Evaluator as Evaluator
 from rodatlas.continuation.sparsity import strong_components
 from rodatlas.continuation.symmetry import Symmetry, checked
 
@@ -62,7 +61,6 @@ def end_value(function: Callable[[Any, Any, Any], Any]) -> Observable:
 @dataclass(frozen=True)
 class Traced:
     """CasADi functions of one problem; each is evaluated at many points by
-    :class:`rodatlas.continuation.evaluator.Evaluator`.
 
     `field`: (s, u, p) -> f (n,), nonzeros of f_u (nnz,), f_p (n, np) column-major.
     `field_second`: (s, u, p, v, vp, w) -> gradients in u and p of w.(f_u v + f_p vp).

@@ -258,9 +258,7 @@ class _Check:
         z = z[error < 1e-5]
         return np.split(z[:, : count * n], count, axis=1), z[:, count * n :]
 
-    def _constraints(
-        self, states: list[np.ndarray], p: np.ndarray, boundary: bool
-    ) -> tuple[np.ndarray, np.ndarray]:
+    def _constraints(self, states: list[np.ndarray], p: np.ndarray, boundary: bool) -> tuple[np.ndarray, np.ndarray]:
         """Values (K, r) and derivatives (K, r, count n + np) of identities at every state, and of b."""
         n, k, q = self.bvp.size, len(self.bvp.parameters), self.bvp.n_boundary
         identities = self.bvp.traced.identities
