@@ -5,7 +5,7 @@ PYTHON ?= python3
 VENV := .venv
 BIN := $(VENV)/bin
 
-.PHONY: setup environment demo test lint bench clean
+.PHONY: setup environment demo test lint bench docs clean
 
 setup: $(VENV)/.ready
 
@@ -36,6 +36,11 @@ lint: setup
 
 bench: setup
 	$(BIN)/python benchmarks/run.py
+
+docs: setup
+	@test -x $(BIN)/sphinx-build || $(BIN)/python -m pip install --quiet --disable-pip-version-check -e '.[docs]'
+	$(BIN)/sphinx-build -W --keep-going -q -b html docs out/docs
+	@echo "out/docs/index.html"
 
 clean:
 	rm -rf $(VENV) .venv-bench out

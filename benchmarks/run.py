@@ -1,7 +1,8 @@
-"""Benchmark: the U branch by rodatlas, AUTO-07p and SciPy in one run, in turn, one thread each.
+"""Benchmarks: a branch and two loci by rodatlas, AUTO-07p and SciPy in one run, in turn, one thread each.
 
 Started by `make bench` with the project's interpreter. The peers live in `.venv-bench`, which is made on the first
-run; a peer that cannot be had here is named and left out. Prints the report and writes `results/u_branch.txt`.
+run; a peer that cannot be had here is named and left out. Prints the reports and writes `results/u_branch.txt` and
+`results/loci.txt`.
 """
 
 import argparse
@@ -12,15 +13,26 @@ from pathlib import Path
 
 import environment
 import report
+import report_loci
 
 HERE = Path(__file__).resolve().parent
-AUTO = HERE / "peers" / "auto_u_branch.py"
 SCIPY = HERE / "peers" / "scipy_u_branch.py"
-OURS = HERE / "rodatlas_u_branch.py"
 
 
-def commands(work, notes):
-    """Command line of every program that can run here, by name; add to ``notes`` what cannot.
+def add_auto(found, script, work, notes):
+    """Add every case of one of AUTO's scripts to the programs, or a note on why it cannot run here."""
+    peer = str(environment.PYTHON)
+    try:
+        environment.make_auto()
+        environment.run_script(peer, script, "prepare", work)
+        for case in json.loads(environment.run_script(peer, script, "cases")):
+            found[f"auto {case}"] = (peer, script, "measure", work, case)
+    except environment.Unavailable as reason:
+        notes.append(f"AUTO-07p: {reason}")
+
+
+def branch_programs(work, notes):
+    """Programs that follow the U branch.
 
     Parameters
     ----------
@@ -28,22 +40,30 @@ def commands(work, notes):
         Folder for AUTO's executable and files.
     notes : list of str
         Gets one line per program that is left out.
+
+    Returns
+    -------
+    dict from name to command line, of what can run here.
     """
-    found = {"rodatlas": (sys.executable, OURS), "rodatlas adaptive": (sys.executable, OURS, "adaptive")}
-    peer = str(environment.PYTHON)
+    ours = HERE / "rodatlas_u_branch.py"
+    found = {"rodatlas": (sys.executable, ours), "rodatlas adaptive": (sys.executable, ours, "adaptive")}
     try:
         environment.make_scipy()
-        found["scipy"] = (peer, SCIPY)
+        found["scipy"] = (str(environment.PYTHON), SCIPY)
     except environment.Unavailable as reason:
         notes.append(f"SciPy: {reason}")
-    try:
-        environment.make_auto()
-        environment.run_script(peer, AUTO, "prepare", work)
-        for case in json.loads(environment.run_script(peer, AUTO, "cases")):
-            found[f"auto {case}"] = (peer, AUTO, "measure", work, case)
-    except environment.Unavailable as reason:
-        notes.append(f"AUTO-07p: {reason}")
+    add_auto(found, HERE / "peers" / "auto_u_branch.py", work, notes)
     return found
+
+
+def locus_programs(work, notes):
+    """Programs that follow the loci, as :func:`branch_programs`."""
+    found = {"rodatlas": (sys.executable, HERE / "rodatlas_loci.py")}
+    add_auto(found, HERE / "peers" / "auto_loci.py", work, notes)
+    return found
+
+
+BENCHMARKS = {"u_branch": (branch_programs, report.text), "loci": (locus_programs, report_loci.text)}
 
 
 def measure(programs, rounds, notes):
@@ -64,20 +84,23 @@ def measure(programs, rounds, notes):
 
 
 def main():
-    """Command line: `run.py [--rounds N]`."""
+    """Command line: `run.py [--rounds N] [--only NAME]`."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--rounds", type=int, default=5, help="how often every program runs (default 5)")
-    rounds = parser.parse_args().rounds
-    if rounds < 1:
-        parser.error(f"--rounds: expected a number of at least 1, got {rounds}")
-    notes = []
-    with tempfile.TemporaryDirectory() as folder:
-        results = measure(commands(Path(folder), notes), rounds, notes)
-    text = report.text(results, notes, rounds)
-    target = HERE / "results" / "u_branch.txt"
-    target.parent.mkdir(exist_ok=True)
-    target.write_text(text)
-    print(text)
+    parser.add_argument("--only", choices=BENCHMARKS, help="one of the benchmarks instead of all")
+    arguments = parser.parse_args()
+    if arguments.rounds < 1:
+        parser.error(f"--rounds: expected a number of at least 1, got {arguments.rounds}")
+    for name in [arguments.only] if arguments.only else BENCHMARKS:
+        programs, text = BENCHMARKS[name]
+        notes = []
+        with tempfile.TemporaryDirectory() as folder:
+            results = measure(programs(Path(folder), notes), arguments.rounds, notes)
+        written = text(results, notes, arguments.rounds)
+        target = HERE / "results" / f"{name}.txt"
+        target.parent.mkdir(exist_ok=True)
+        target.write_text(written)
+        print(written)
 
 
 if __name__ == "__main__":

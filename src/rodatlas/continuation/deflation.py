@@ -123,6 +123,7 @@ def deflated_solve(
         stays = abs(found.parameter(free[0]) - guess.parameter(free[0])) < SAME
         if stays and not is_known(bvp, found, known, free, options):
             return found
+        failed = NotConverged(NewtonCode.SLOW, f"{where}, back at a known solution")
     raise failed
 
 
