@@ -92,13 +92,23 @@ def test_every_new_interval_holds_the_same(data: st.DataObject, mesh: np.ndarray
 @PROPERTY
 @given(data=st.data(), mesh=meshes(ratio=1e12), intervals=st.integers(1, 400))
 def test_mesh_points_never_coincide(data: st.DataObject, mesh: np.ndarray, intervals: int) -> None:
-    """Not even when all of the density sits in an interval about as wide as the spacing of floating-point numbers."""
     new = equidistribute(mesh, data.draw(densities(mesh, 60.0)), intervals)
-    assert (new[0], new[-1]) == (0.0, 1.0)
+    assert (new[0], new[-1], len(new)) == (0.0, 1.0, intervals + 1)
     assert (np.diff(new) > 0).all()
-    again = equidistribute(new, np.where(np.arange(intervals) == intervals // 2, 1e30, 1.0), intervals)
-    assert (np.diff(again) > 0).all()
-    assert (np.diff(halved(again)) > 0).all()
+    assert (np.diff(halved(new)) > 0).all()
+
+
+@pytest.mark.parametrize("at", [0.0, 0.37, 1.0])
+@pytest.mark.parametrize("intervals", [20, 50, 400])
+def test_mesh_points_do_not_coincide_at_a_singularity(at: float, intervals: int) -> None:
+    """The density stays in whatever interval holds one place, until floating-point numbers are too coarse for more."""
+    mesh, narrowest = np.linspace(0, 1, intervals + 1), 1.0
+    for _ in range(25):
+        spike = np.clip(np.searchsorted(mesh, at) - 1, 0, intervals - 1)
+        mesh = equidistribute(mesh, np.where(np.arange(intervals) == spike, 1e30, 1.0), intervals)
+        assert (np.diff(halved(mesh)) > 0).all()
+        narrowest = min(narrowest, np.diff(mesh).min())
+    assert narrowest < 1e-9 / intervals
 
 
 @PROPERTY

@@ -6,15 +6,17 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 from rodatlas.continuation.collocation import add, free_indices, scaled
-from rodatlas.continuation.locus_events import Stretch, crowded, locate, on_curve, watched
+from rodatlas.continuation.locus_events import PITCHFORK, Stretch, crowded, locate, on_curve, watched
 from rodatlas.continuation.locus_frame import LocusFrame, Sought, adapted, correct, first_frame
 from rodatlas.continuation.locus_results import Locus, LocusEvent, LocusPoint
+from rodatlas.continuation.locus_system import norm_of, overlap
 from rodatlas.continuation.newton import NewtonCode
 from rodatlas.continuation.options import TraceOptions
 from rodatlas.continuation.problem import BVP
 from rodatlas.continuation.results import EndReason, SpecialPoint, Status
 from rodatlas.continuation.trace import NotConverged
 
+ALIGNED = 0.5  # cosine of the largest turn of a kernel vector on one step
 SMOOTH = 0.05  # the chord of a step may differ by this share from the mean of the tangents at its ends
 
 
@@ -49,6 +51,8 @@ def follow_locus(
     frame = first_frame(bvp, sought, start, index, options)
     if frame is None:
         raise NotConverged(NewtonCode.SLOW, f"start of the locus at {start!r}")
+    if sought.kind == "branch point":
+        sought = replace(sought, pitchfork=_is_pitchfork(sought, frame, options))
     forward = _Walk(sought, frame, options, tuple(names))
     forward.run()
     points, events, first = forward.points, forward.events, EndReason.START
@@ -67,12 +71,33 @@ def follow_locus(
     )  # fmt: skip
 
 
+def _is_pitchfork(sought: Sought, frame: LocusFrame, options: TraceOptions) -> bool:
+    """Whether the quadratic term of the branch points vanishes at the start and a little further on."""
+    step = options.step.initial
+    for _ in range(10):
+        found = correct(sought, frame, frame.predict(step), frame.tangent, options, exact=True)
+        if found is not None:
+            values = [f.tests.values["quadratic"] for f in (frame, found[0])]
+            return max(map(abs, values)) < PITCHFORK
+        step *= 0.5
+    return abs(frame.tests.values["quadratic"]) < PITCHFORK
+
+
 def _check_inside(start: SpecialPoint, options: TraceOptions) -> None:
     for name, (low, high) in options.bounds.items():
         value = start.solution[name]
         slack = 1e-9 * max(1.0, abs(value))
         if not low - slack <= value <= high + slack:
             raise ValueError(f"bounds: expected the start inside those of '{name}', {low} to {high}, got {value:.8g}")
+
+
+def _continues(here: LocusFrame, frame: LocusFrame) -> bool:
+    """Whether kernel vectors have turned little on a step, so that signs of the test functions can be compared."""
+    old, new = here.border, frame.border
+    if not old.vectors:
+        return True
+    turn = overlap(old.column, new.column) / (norm_of(old.column) * norm_of(new.column))
+    return min(turn, *(here.colloc.inner(v, w) for v, w in zip(old.vectors, new.vectors, strict=True))) > ALIGNED
 
 
 class _Walk:
@@ -133,6 +158,8 @@ class _Walk:
         mean = add(scaled(here.tangent, 0.5 * length), (0.5 * length, frame.tangent))
         if here.colloc.norm(add(chord, (-1.0, mean))) > SMOOTH * length:  # on another curve
             return None
+        if not _continues(here, frame):
+            return None
         return replace(frame, previous=here.tangent, previous_step=step), corrections[0]
 
     def _accept(self, stretch: Stretch, events: list[LocusEvent]) -> None:
@@ -155,7 +182,17 @@ class _Walk:
         if self.options.on_point is not None:
             self.options.on_point(self.points[-1])
         if self.end is None and (len(self.points) - 1) % self.options.mesh.every == 0:
-            self.frame = adapted(self.sought, self.frame, self.options)
+            self._adapt()
+
+    def _adapt(self) -> None:
+        control, before = self.options.mesh, len(self.frame.colloc.step)
+        self.frame = adapted(self.sought, self.frame, self.options)
+        if control.is_fixed_size:
+            return
+        if self.frame.round_off and self.frame.error > 100 * control.tolerance:
+            self.end = EndReason.ROUND_OFF
+        elif before >= control.intervals[1] and self.frame.error > 10 * control.tolerance:
+            self.end = EndReason.MESH_LIMIT
 
     def _point(self, frame: LocusFrame) -> LocusPoint:
         solution = frame.colloc.solution(frame.x, frame.error)

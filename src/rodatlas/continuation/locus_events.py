@@ -151,9 +151,6 @@ def watched(stretch: Stretch, names: tuple[str, ...]) -> list[Watched]:
             if candidate.is_doubtful(stretch):
                 sharp = sharp or _sharpened(stretch)
             found += [candidate] if candidate.changes(sharp or stretch) else []
-    if stretch.sought.kind == "branch point" and any(w is _QUADRATIC or w is _CRITICALITY for w in found):
-        pitchfork = all(abs(_QUADRATIC.test(f)) < PITCHFORK for f in _ends(sharp or _sharpened(stretch)))
-        found = [w for w in found if w is not (_QUADRATIC if pitchfork else _CRITICALITY)]
     turns = []
     for i, name in enumerate(names[:2]):
         turn = Watched("extremum", _component(i), "", name)
@@ -214,7 +211,7 @@ def _candidates(stretch: Stretch) -> list[Watched]:
         return [_CUSP, _second_kernel("coalescence", "the fold meets a branch point")]
     if stretch.sought.kind == "branch point":
         other = _second_kernel("crossing", "another branch point at the same solution")
-        return [_QUADRATIC, _CRITICALITY, _TRUNK, other]
+        return [_CRITICALITY if stretch.sought.pitchfork else _QUADRATIC, _TRUNK, other]
     return []
 
 

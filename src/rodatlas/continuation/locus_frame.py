@@ -21,11 +21,15 @@ SHARP = 1e-9  # distance from the solution at which test functions are as good a
 
 @dataclass(frozen=True)
 class Sought:
-    """What is followed: 'fold', 'branch point', or 'zero of NAME' with the value that NAME keeps."""
+    """What is followed: 'fold', 'branch point', or 'zero of NAME' with the value that NAME keeps.
+
+    `pitchfork` says that the branch points have no quadratic term, as a reflection demands.
+    """
 
     kind: str
     name: str = ""
     value: float = 0.0
+    pitchfork: bool = False
 
     @classmethod
     def of(cls, start: SpecialPoint) -> Sought:
@@ -49,7 +53,8 @@ class LocusFrame:
     """A point of the locus on its discretization.
 
     `unfolding` is the artificial unknown of a branch point; `noise` the distance to the iterate at which tangent and
-    test functions were evaluated.
+    test functions were evaluated; `estimated` are intervals and error of the last estimate; `round_off` says that
+    more intervals did not lower it.
     """
 
     colloc: Collocation
@@ -63,6 +68,8 @@ class LocusFrame:
     iterations: int = 0
     unfolding: float = 0.0
     noise: float = 0.0
+    estimated: tuple[int, float] = (0, float("inf"))
+    round_off: bool = False
 
     def predict(self, step: float) -> Columns:
         return predicted(self.x, self.tangent, step, self.previous, self.previous_step)
@@ -106,6 +113,7 @@ def correct(
             if tangent is None:
                 return None
             done = LocusFrame(colloc, x, tangent, local.border, local.measure(), error=here.error, unfolding=beta)
+            done = replace(done, estimated=here.estimated, round_off=here.round_off)
             return replace(done, iterations=len(corrections), noise=noise), corrections
     return None
 
@@ -120,8 +128,11 @@ def adapted(sought: Sought, frame: LocusFrame, options: TraceOptions, settle: bo
     intervals, error = len(colloc.step), frame.error
     if not control.is_fixed_size:
         error = error_of(sought, frame)
+        grown, before = frame.estimated[0] < intervals, frame.estimated[1]
+        stuck = (grown or frame.round_off) and error > max(0.5 * before, control.tolerance)
+        frame = replace(frame, estimated=(intervals, error), round_off=stuck)
         ratio = (max(error, 1e-16) / (0.3 * control.tolerance)) ** (1.0 / (2 * colloc.scheme.points))
-        if np.isfinite(error) and not 0.85 < ratio < 1.0:
+        if np.isfinite(error) and not 0.85 < ratio < 1.0 and not (stuck and ratio > 1.0):
             intervals = int(np.clip(round(intervals * np.clip(ratio, 0.7, 1.5)), *control.intervals))
     density = monitor(colloc, frame.x)
     for v in frame.border.vectors:

@@ -62,7 +62,7 @@ def solve(
     frame = _start(bvp, guess, free, options, None)
     found = frame.colloc.solution(frame.x, frame.error)
     mesh = options.mesh
-    if found.intervals >= mesh.intervals[1] and not mesh.is_fixed_size and found.error > 10 * mesh.tolerance:
+    if found.intervals >= mesh.intervals[1] and found.error > 10 * mesh.tolerance:  # nan where the size is fixed
         raise NotConverged(EndReason.MESH_LIMIT, f"{found!r}", found)
     return found
 
@@ -109,21 +109,27 @@ def trace(
     options = options or TraceOptions()
     options.check_names(bvp, free)
     frame = _start(bvp, start, free, options, scale)
+    values = _watched_values(frame, options)
+    if frame.fold_test * direction < 0:
+        frame = frame.reversed()
+    branch = follow(frame, options, both)
+    left_at_once = len(branch) == 1 and EndReason.RANGE in branch.ends
+    for name, (low, high) in options.bounds.items() if left_at_once else ():
+        if not low - 1e-9 * max(1.0, abs(low)) <= values[name] <= high + 1e-9 * max(1.0, abs(high)):
+            raise ValueError(
+                f"bounds: expected {low:g} <= {name} <= {high:g} at the start or on the way, got {name} = "
+                f"{values[name]:g} and a run that leads away from there"
+            )
+    return branch
+
+
+def _watched_values(frame: Frame, options: TraceOptions) -> dict[str, float]:
+    """What bounds and zeros refer to; a NaN would be neither inside nor outside."""
     values = {name: frame.colloc.observable_row(name, frame.x)[0] for name in (*options.bounds, *options.zeros)}
     for name, value in values.items():
         if not np.isfinite(value):
             raise ValueError(f"bounds, zeros: expected a finite value of '{name}' at the start, got {value}")
-    if frame.fold_test * direction < 0:
-        frame = frame.reversed()
-    branch = follow(frame, options, both)
-    if len(branch) == 1:
-        for name, (low, high) in options.bounds.items():
-            if not low - 1e-9 * max(1.0, abs(low)) <= values[name] <= high + 1e-9 * max(1.0, abs(high)):
-                raise ValueError(
-                    f"bounds: expected {low:g} <= {name} <= {high:g} at the start or on the way, got {name} = "
-                    f"{values[name]:g} and a run that leads away from there"
-                )
-    return branch
+    return values
 
 
 def follow(
@@ -279,7 +285,7 @@ def switch(
         raise ValueError(f"at: expected a branch point, got a {at.kind}")
     if side not in (1, -1):
         raise ValueError(f"side: expected 1 or -1, got {side!r}")
-    _check_names(bvp, "at", at.solution)
+    _check_names(bvp, "at", at.solution, in_order=True)
     options = options or TraceOptions()
     options.check_names(bvp, free)
     scale = scale or at.scale or Scale.of(bvp, at.solution)
@@ -411,11 +417,11 @@ def _checked(bvp: BVP, start: Solution) -> Solution:
     )  # fmt: skip
 
 
-def _check_names(bvp: BVP, field: str, solution: Solution) -> None:
+def _check_names(bvp: BVP, field: str, solution: Solution, in_order: bool = False) -> None:
     """Raise ValueError when a solution belongs to another problem."""
     for kind, wanted, found in (("unknowns", bvp.unknowns, solution.unknowns),
                                 ("parameters", bvp.parameter_names, solution.parameter_names)):  # fmt: skip
-        if sorted(wanted) != sorted(found):
+        if sorted(wanted) != sorted(found) or (in_order and wanted != found):
             raise ValueError(f"{field}: expected the {kind} {', '.join(wanted)}, got {', '.join(found)}")
 
 
