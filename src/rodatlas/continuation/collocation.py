@@ -122,7 +122,13 @@ class Collocation:
         self._has_densities = bvp.traced.densities.numel_out(0) > 0
         if self._has_densities:
             self._densities = Evaluator(bvp.traced.densities, self.count)
-        self._second: tuple[Evaluator, Evaluator, Evaluator] | None = None
+        self._kept: dict[str, Any] = {}
+
+    def kept(self, key: str, make: Callable[[], Any]) -> Any:
+        """Something that belongs to this discretisation, made when it is first asked for."""
+        if key not in self._kept:
+            self._kept[key] = make()
+        return self._kept[key]
 
     # -- states ---------------------------------------------------------------------------------------------------
 
@@ -285,14 +291,15 @@ class Collocation:
 
     def second(self, x: Columns, v: Columns, w: Blocks) -> Columns:
         """Gradient with respect to the state of w^T F'(x) v: what minimally augmented systems need."""
-        if self._second is None:
-            t = self.bvp.traced
-            self._second = (
+        t = self.bvp.traced
+        field, ends, densities = self.kept(
+            "second",
+            lambda: (
                 Evaluator(t.field_second, self.count),
                 Evaluator(t.ends_second, 1),
                 Evaluator(t.densities_second, self.count),
-            )
-        field, ends, densities = self._second
+            ),
+        )
         n_int, m, n = x.stage.shape
         p = self.parameters(x)
         vp = np.zeros(len(p))

@@ -39,16 +39,21 @@ def _along(ca: Any, function: Any, has_place: bool) -> Any:
     return ca.Function("along", [*place, u, p, v, vp], derivatives[1:])
 
 
+def _evaluators(colloc: Collocation) -> tuple[Evaluator, Evaluator, Evaluator]:
+    field, ends, densities = _functions(colloc.bvp)
+    return Evaluator(field, colloc.count), Evaluator(ends, 1), Evaluator(densities, colloc.count)
+
+
 def derivatives_along(colloc: Collocation, x: Columns, v: Columns) -> tuple[Blocks, Blocks]:
     """F''[v, v] and F'''[v, v, v] in the rows of the discrete problem, scaled as its residual."""
-    field, ends, densities = _functions(colloc.bvp)
+    field, ends, densities = colloc.kept("directional", lambda: _evaluators(colloc))
     bvp, su, n_int = colloc.bvp, colloc.scale.unknowns, len(colloc.step)
     p, vp = colloc.parameters(x), np.zeros(len(colloc.base))
     vp[colloc.free] = v.scalars[: len(colloc.free)] * colloc.scale.parameters[colloc.free]
     u, vu = x.stage * su, v.stage * su
-    of_field = Evaluator(field, colloc.count)(colloc.gauss, u, p, vu, vp)
-    of_ends = Evaluator(ends, 1)(x.mesh[[0, -1]] * su, p, v.mesh[[0, -1]] * su, vp)
-    of_densities = Evaluator(densities, colloc.count)(colloc.gauss, u, p, vu, vp) if bvp.n_integral else None
+    of_field = field(colloc.gauss, u, p, vu, vp)
+    of_ends = ends(x.mesh[[0, -1]] * su, p, v.mesh[[0, -1]] * su, vp)
+    of_densities = densities(colloc.gauss, u, p, vu, vp) if bvp.n_integral else None
     weights = (colloc.step[:, None] * colloc.scheme.weights).reshape(-1)
     out = []
     for i in range(2):

@@ -109,30 +109,31 @@ class NumbaFactorization:
         kern, a = kernels(), self._matrix
         n_int, m, n, k = a.sizes
         stage = rhs.stage.reshape(n_int, m * n).copy()
+        shaped, chain, dense = stage.reshape(n_int, m, n), rhs.chain.copy(), rhs.dense.copy()
         if stage.any():  # kernel vectors have no residual
             kern.solve_stages(
                 stage, a.jac, a.step, a.scheme.d_inv, *_structure(a.sparsity), self._lu_ptr, self._lu, self._piv_ptr,
                 self._piv,
             )  # fmt: skip
-        shaped = stage.reshape(n_int, m, n)
-        chain = rhs.chain + np.einsum("i,jia->ja", a.scheme.c_stage, shaped)
-        dense = rhs.dense - a.dense.reshape(len(rhs.dense), stage.size) @ stage.ravel()
+            chain += np.einsum("i,jia->ja", a.scheme.c_stage, shaped)
+            dense -= a.dense.reshape(len(rhs.dense), stage.size) @ stage.ravel()
         mesh, scalars = np.empty((n_int + 1, n)), np.empty(k)
         kern.solve_mesh(
             chain, rhs.ends.copy(), dense, self._merged, self._merge_piv, self._final, self._final_piv, mesh, scalars
         )
-        stage += np.matmul(self._sens[:, :, :n], mesh[:-1, :, None])[:, :, 0]
-        if k:
-            stage += self._sens[:, :, n:] @ scalars
+        ahead = np.empty((n_int, n + k, 1))
+        ahead[:, :n, 0], ahead[:, n:, 0] = mesh[:-1], scalars
+        stage += np.matmul(self._sens, ahead)[:, :, 0]
         return Columns(shaped, mesh, scalars)
 
     def solve_transposed(self, rhs: Columns) -> Blocks:
         kern, a = kernels(), self._matrix
         n_int, m, n, _ = a.sizes
         stage = rhs.stage.reshape(n_int, m * n)
-        c_mesh = rhs.mesh.copy()
-        c_mesh[:-1] += np.einsum("jra,jr->ja", self._sens[:, :, :n], stage)
-        c_scal = rhs.scalars + np.einsum("jrt,jr->t", self._sens[:, :, n:], stage)
+        c_mesh, c_scal = rhs.mesh.copy(), rhs.scalars.copy()
+        if stage.any():
+            c_mesh[:-1] += np.einsum("jra,jr->ja", self._sens[:, :, :n], stage)
+            c_scal += np.einsum("jrt,jr->t", self._sens[:, :, n:], stage)
         q, r = a.b_left.shape[0], a.dense.shape[0]
         chain, ends, dense = np.empty((n_int, n)), np.empty(q), np.empty(r)
         kern.solve_mesh_transposed(

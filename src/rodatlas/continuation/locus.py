@@ -160,7 +160,7 @@ class _Walk:
             return None
         if not _continues(here, frame):
             return None
-        return replace(frame, previous=here.tangent, previous_step=step), corrections[0]
+        return replace(frame, behind=(here.x, here.tangent)), corrections[0]
 
     def _accept(self, stretch: Stretch, events: list[LocusEvent]) -> None:
         ending = next((e for e in events if self.sought.kind == "fold" and e.kind == "criticality"), None)
@@ -214,7 +214,7 @@ class _Walk:
             self.end = EndReason.RANGE
             return None
         for _, name, bound in crossed:
-            found = stretch.root(lambda f, name=name, bound=bound: f.value(name) - bound)  # type: ignore[misc]
+            found = stretch.root(lambda f, name=name, bound=bound: f.value(name) - bound, 1e-13)  # type: ignore[misc]
             if found is not None and not self._crossed(found[0]):
                 return replace(stretch, right=found[0], step=found[1] * step)
         return None if crossed else stretch

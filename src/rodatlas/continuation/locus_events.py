@@ -17,6 +17,7 @@ from rodatlas.continuation.options import TraceOptions
 from rodatlas.continuation.results import Status
 
 PITCHFORK = 1e-6  # quadratic coefficient below which a branch point is a pitchfork
+LOCATED = 1e-8  # arclength to which a special point is known
 ROUND_OFF = 1e-9  # values of a test function that mean nothing
 Test = Callable[[LocusFrame], float]
 
@@ -45,7 +46,7 @@ class Stretch:
         found = correct(self.sought, self.right, guess, normal, self.options, exact=True)
         if found is None or self.right.colloc.norm(add(found[0].x, (-1.0, guess))) > 0.1 * self.step:
             return None
-        return replace(found[0], previous=self.left.tangent, previous_step=fraction * self.step)
+        return replace(found[0], behind=(self.left.x, self.left.tangent))
 
     def _interpolated(self, t: float) -> tuple[Columns, Columns]:
         """Place and direction at a fraction t."""
@@ -57,26 +58,31 @@ class Stretch:
         normal = add(scaled(one.tangent, 1 - t), (t, two.tangent))
         return guess, scaled(normal, 1.0 / two.colloc.norm(normal))
 
-    def root(self, test: Test) -> tuple[LocusFrame, float] | None:
-        """Frame and fraction at which a function of frames vanishes (Brent's method on corrected points)."""
-        from scipy.optimize import brentq
+    def root(self, test: Test, within: float = LOCATED) -> tuple[LocusFrame, float] | None:
+        """Frame and fraction at which a function of frames vanishes: the secant method, kept inside the bracket.
 
-        known: list[tuple[float, LocusFrame]] = [(0.0, self.left), (1.0, self.right)]
-
-        def value(fraction: float) -> float:
-            near = min(known, key=lambda pair: abs(pair[0] - fraction))
-            frame = near[1] if near[0] == fraction else self.corrected(fraction, near)
+        It ends when the next correction would be smaller than `within`, in arclength.
+        """
+        a, b = (0.0, self.left, test(self.left)), (1.0, self.right, test(self.right))
+        if a[2] * b[2] >= 0:
+            return next(((p[1], p[0]) for p in (a, b) if p[2] == 0.0), None)
+        known = [a, b]
+        fraction = a[2] / (a[2] - b[2])
+        for _ in range(60):
+            frame = self.corrected(fraction, min(known, key=lambda p: abs(p[0] - fraction))[:2])
             if frame is None:
-                raise ArithmeticError("lost")
-            known.append((fraction, frame))
-            return test(frame)
-
-        try:
-            fraction = float(brentq(value, 0.0, 1.0, xtol=1e-9, rtol=1e-12, maxiter=60))
-            value(fraction)
-        except (ArithmeticError, ValueError):
-            return None
-        return known[-1][1], fraction
+                return None
+            here = (fraction, frame, test(frame))
+            known.append(here)
+            a, b = (here, b) if here[2] * a[2] > 0 else (a, here)
+            slope = (here[2] - known[-2][2]) / (fraction - known[-2][0])
+            ahead = fraction - here[2] / slope if slope else np.inf
+            if not a[0] < ahead < b[0]:
+                ahead = (a[0] + b[0]) / 2
+            if abs(ahead - fraction) * self.step < within or here[2] == 0.0:
+                return frame, fraction
+            fraction = float(ahead)
+        return None
 
     def singular_root(self, test: Test) -> tuple[LocusFrame, float] | None:
         """The same where the equations of the locus are singular, so that Newton fails close to the root.

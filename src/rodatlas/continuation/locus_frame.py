@@ -6,7 +6,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from rodatlas.continuation.collocation import Collocation, Scale, add, predicted, scaled
+from rodatlas.continuation.collocation import Collocation, Scale, add, scaled
 from rodatlas.continuation.linear import Blocks, Columns
 from rodatlas.continuation.locus_start import kernel_border
 from rodatlas.continuation.locus_system import KINDS, Border, Local, Tests, local_problem
@@ -16,7 +16,8 @@ from rodatlas.continuation.options import TraceOptions
 from rodatlas.continuation.problem import BVP
 from rodatlas.continuation.results import SpecialPoint
 
-SHARP = 1e-9  # distance from the solution at which test functions are as good as exact
+RATE_MARGIN = 20.0  # safety of the rate of convergence that one step tells the next
+SHARP = 3e-8  # distance from the solution at which test functions are as good as exact
 
 
 @dataclass(frozen=True)
@@ -50,10 +51,10 @@ class Sought:
 
 @dataclass(frozen=True)
 class LocusFrame:
-    """A point of the locus on its discretization.
+    """A point of the locus on its discretization; `behind` are state and tangent of the point before.
 
     `unfolding` is the artificial unknown of a branch point; `noise` the distance to the iterate at which tangent and
-    test functions were evaluated; `estimated` are intervals and error of the last estimate; `round_off` says that
+    test functions were evaluated; `rate` bounds error / correction^2 of Newton's method; `estimated` are intervals and error of the last estimate; `round_off` says that
     more intervals did not lower it.
     """
 
@@ -62,8 +63,8 @@ class LocusFrame:
     tangent: Columns
     border: Border
     tests: Tests = field(default_factory=Tests)
-    previous: Columns | None = None
-    previous_step: float = 1.0
+    behind: tuple[Columns, Columns] | None = None
+    rate: float = 1e3
     error: float = float("nan")
     iterations: int = 0
     unfolding: float = 0.0
@@ -72,10 +73,19 @@ class LocusFrame:
     round_off: bool = False
 
     def predict(self, step: float) -> Columns:
-        return predicted(self.x, self.tangent, step, self.previous, self.previous_step)
+        """Where the curve is expected after a step: cubic Hermite extrapolation from here and the point before."""
+        if self.behind is None:
+            return add(self.x, (step, self.tangent))
+        x, t = self.behind
+        h = self.colloc.norm(add(self.x, (-1.0, x)))
+        r = step / h
+        # p(s) = x0 + s t0 + s^2 (3 A + B) + s^3 (2 A + B)/h, with A = (x - x0 + h t0)/h^2 and B = (t - t0)/h
+        square, cube = r**2, r**3
+        a, b = 3 * square + 2 * cube, h * (square + cube)
+        return add(scaled(self.x, 1 - a), (a, x), (step + h * a - b, self.tangent), (b, t))
 
     def reversed(self) -> LocusFrame:
-        return replace(self, tangent=scaled(self.tangent, -1.0), previous=None)
+        return replace(self, tangent=scaled(self.tangent, -1.0), behind=None)
 
     def value(self, name: str) -> float:
         """A free parameter or observable here."""
@@ -104,18 +114,27 @@ def correct(
             return None
         x, beta = add(x, (1.0, dx)), beta + dbeta
         corrections.append(size)
-        before = corrections[-2] if len(corrections) > 1 else 0.0
-        if max(size * (size / before) ** 2 if before else size**1.5, size**2) < options.newton.tolerance:
+        if _remaining(corrections, here.rate) < options.newton.tolerance:
             noise = size
             if exact and size > SHARP:
                 local, noise = sought.local(colloc, x, border, beta) or local, 0.0
             tangent = local.tangent(colloc, normal)
             if tangent is None:
                 return None
-            done = LocusFrame(colloc, x, tangent, local.border, local.measure(), error=here.error, unfolding=beta)
-            done = replace(done, estimated=here.estimated, round_off=here.round_off)
+            done = LocusFrame(colloc, x, tangent, local.border, local.measure(), rate=here.rate, unfolding=beta)
+            if len(corrections) > 1 and corrections[1] > 1e-13:
+                done = replace(done, rate=float(np.clip(RATE_MARGIN * corrections[1] / corrections[0] ** 2, 10.0, 1e4)))
+            done = replace(done, error=here.error, estimated=here.estimated, round_off=here.round_off)
             return replace(done, iterations=len(corrections), noise=noise), corrections
     return None
+
+
+def _remaining(corrections: list[float], rate: float) -> float:
+    """Estimated error after a number of corrections, from their decrease or the rate known from the step before."""
+    size = corrections[-1]
+    if len(corrections) == 1:
+        return rate * size**2
+    return max(size * (size / corrections[-2]) ** 2, size**2)
 
 
 def adapted(sought: Sought, frame: LocusFrame, options: TraceOptions, settle: bool = False) -> LocusFrame:
@@ -160,11 +179,11 @@ def on_mesh(frame: LocusFrame, mesh: np.ndarray) -> LocusFrame:
     old = frame.colloc
     new = Collocation(old.bvp, mesh, old.scheme.points, old.base, list(old.free), old.scale, old.backend)
     carry = old.carrier(new)
-    previous = carry(frame.previous) if frame.previous is not None else None
+    behind = (carry(frame.behind[0]), carry(frame.behind[1])) if frame.behind is not None else None
     vectors = tuple(carry(v) for v in frame.border.vectors)
     border = Border(vectors, _carried_column(frame, new))
     return replace(
-        frame, colloc=new, x=carry(frame.x), tangent=carry(frame.tangent), border=border, previous=previous
+        frame, colloc=new, x=carry(frame.x), tangent=carry(frame.tangent), border=border, behind=behind
     )
 
 
