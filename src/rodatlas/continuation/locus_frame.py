@@ -54,8 +54,8 @@ class LocusFrame:
     """A point of the locus on its discretization; `behind` are state and tangent of the point before.
 
     `unfolding` is the artificial unknown of a branch point; `noise` the distance to the iterate at which tangent and
-    test functions were evaluated; `rate` bounds error / correction^2 of Newton's method; `estimated` are intervals and error of the last estimate; `round_off` says that
-    more intervals did not lower it.
+    test functions were evaluated; `rate` bounds error / correction^2 of Newton's method; `estimated` are intervals and
+    error of the last estimate; `round_off` says that more intervals did not lower it.
     """
 
     colloc: Collocation
