@@ -23,7 +23,8 @@ class Frame:
 
     `branch_test` is sign and log|det| of the bordered matrix; `previous` and `previous_step` serve the quadratic
     predictor; `error` is the last error estimate. `weakest` approximates the direction in which the bordered matrix is
-    nearest to singular, `weakness` is its singular value there, `weakness_before` that of the point before.
+    nearest to singular, `weakness` is its singular value there, `weakness_before` that of the point before; it is
+    negative when a branch point was passed since.
     """
 
     colloc: Collocation
@@ -184,10 +185,11 @@ def _at_branch_point(colloc: Collocation, x: Columns, along: Columns) -> Frame |
 
 
 def with_tests(frame: Frame) -> Frame:
-    """Evaluate the bordered determinant with the frame's own tangent."""
+    """Evaluate the bordered determinant with the frame's own tangent, and how close to singular the matrix is."""
     colloc = frame.colloc
     fac = colloc.factor(colloc.linearize(frame.x), [colloc.row(frame.tangent)])
-    return replace(frame, branch_test=(fac.sign, fac.log_det))
+    vector, value = smallest_singular(colloc, fac, frame.weakest)
+    return replace(frame, branch_test=(fac.sign, fac.log_det), weakest=vector, weakness=value)
 
 
 def adapted(frame: Frame, options: TraceOptions, correct: bool) -> tuple[Frame, int]:

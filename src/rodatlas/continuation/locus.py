@@ -67,7 +67,7 @@ def follow_locus(
     ends = (first, forward.end or EndReason.STOPPED)
     return Locus(
         start.kind, tuple(names), tuple(points), tuple(events), ends, frame.colloc.scale,
-        {"problem": bvp.name, **options.settings()},
+        {"problem": bvp.name, **options.settings()}, sought.pitchfork,
     )  # fmt: skip
 
 

@@ -87,30 +87,30 @@ class Stretch:
     def singular_root(self, test: Test) -> tuple[LocusFrame, float] | None:
         """The same where the equations of the locus are singular, so that Newton fails close to the root.
 
-        Points on both sides close in on it as far as the function stays nearly linear; then interpolation between
-        them, whose error is of fourth order in their distance, gives it.
+        Points on both sides close in on it; then interpolation between them, whose error is of fourth order in their
+        distance, gives it. Values that drop to nothing are those of another curve, on which Newton has fallen.
         """
         known = [(0.0, self.left, test(self.left)), (1.0, self.right, test(self.right))]
-        (a, left, low), (b, right, high) = known
-        while (b - a) * self.step > 0.005:
-            slope = (high - low) / (b - a)
-            middle, width = a - low / slope, 0.15 * (b - a)
-            places = max(a + 0.1 * width, middle - width), min(b - 0.1 * width, middle + width)
-            frames = [self.corrected(place) for place in places]
-            if any(f is None for f in frames):
+        low, high = known
+        while (high[0] - low[0]) * self.step > 0.002:
+            a, b = low[0], high[0]
+            width = 0.1 * (b - a)
+            middle = float(np.clip(a - low[2] * (b - a) / (high[2] - low[2]), a + 1.5 * width, b - 1.5 * width))
+            frames = [(place, self.corrected(place)) for place in (middle - width, middle + width)]
+            found = [(place, f, test(f)) for place, f in frames if f is not None]
+            if len(found) < 2 or min(abs(v) for _, _, v in found) < 0.005 * max(abs(low[2]), abs(high[2])):
                 break
-            values = [test(f) for f in frames if f is not None]
-            if min(v / (place - middle) for v, place in zip(values, places, strict=True)) / slope < 0.4:
-                break  # on another curve
-            known += [(p, f, v) for p, f, v in zip(places, frames, values, strict=True) if f is not None]
-            (a, left, low), (b, right, high) = known[-2:]
-        if (b - a) * self.step > 0.1:
+            known = sorted([*known, *found], key=lambda p: p[0])
+            at = next(i for i in range(len(known) - 1) if known[i][0] >= a and known[i][2] * known[i + 1][2] < 0)
+            low, high = known[at], known[at + 1]
+        if (high[0] - low[0]) * self.step > 0.03:
             return None
-        fraction = _root_of_polynomial([(p, v) for p, _, v in known[-4:]], a, b)
-        distance = self.right.colloc.norm(add(right.x, (-1.0, left.x)))
-        between = replace(self, left=left, right=right, step=distance)
-        x, tangent = between._interpolated((fraction - a) / (b - a))
-        return replace(left, x=x, tangent=tangent), fraction
+        at = known.index(low)
+        fraction = _root_of_polynomial([(p, v) for p, _, v in known[max(at - 1, 0) : at + 3]], low[0], high[0])
+        distance = self.right.colloc.norm(add(high[1].x, (-1.0, low[1].x)))
+        between = replace(self, left=low[1], right=high[1], step=distance)
+        x, tangent = between._interpolated((fraction - low[0]) / (high[0] - low[0]))
+        return replace(low[1], x=x, tangent=tangent), fraction
 
 
 def _root_of_polynomial(points: list[tuple[float, float]], a: float, b: float) -> float:

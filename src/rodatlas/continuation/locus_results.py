@@ -82,6 +82,7 @@ class Locus:
     points : tuple of LocusPoint; events : tuple of LocusEvent; both in order of arclength.
     ends : reasons at the two ends.
     scale : units of the arclength norm; settings : the options of the run, as plain values.
+    pitchfork : whether the branch points are pitchforks.
     """
 
     kind: str
@@ -91,6 +92,7 @@ class Locus:
     ends: tuple[EndReason, EndReason]
     scale: Scale = field(repr=False)
     settings: Mapping[str, Any] = field(default_factory=dict, repr=False)
+    pitchfork: bool = False
 
     def __len__(self) -> int:
         return len(self.points)

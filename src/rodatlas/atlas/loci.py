@@ -1,0 +1,192 @@
+"""Loci of numbered bifurcations in the plane of clamp angle and shear, as a result: tables, JSON and file."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Sequence
+from dataclasses import asdict, dataclass, field
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from rodatlas import __version__
+from rodatlas.atlas.settings import SliceSettings, default_shear_max
+from rodatlas.continuation import Locus, LocusEvent, LocusPoint, Solution
+from rodatlas.rods.band import check_number, limiting_shear
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+SCHEMA = "rodatlas/loci/1"
+REFERENCE_SHEARS = (-0.1, 0.84)  # range at compression 1/2; the same parts of the limiting shear at others
+
+
+@dataclass(frozen=True)
+class LociSettings:
+    """Loci of the bifurcations of a band; angle and shear vary, all else is fixed.
+
+    Attributes
+    ----------
+    compression, poisson, tolerance : as for a slice.
+    angle_max : largest clamp angle in degrees; the smallest is zero.
+    """
+
+    compression: float = 0.5
+    poisson: float = 0.25
+    angle_max: float = 80.0
+    tolerance: float = 1e-8
+
+    def __post_init__(self) -> None:
+        check_number("angle-max", self.angle_max, 15.0, 89.999999, "degrees with 15 <= angle-max < 90")
+        self.slice_at(15.0)  # checks the others
+
+    def slice_at(self, angle_deg: float) -> SliceSettings:
+        """Settings of a slice of the same band."""
+        high = default_shear_max(self.compression)
+        return SliceSettings(angle_deg, self.compression, self.poisson, high, tolerance=self.tolerance)
+
+    @property
+    def shears(self) -> tuple[float, float]:
+        """Range of shear: from -0.1 to 0.84 at dL = 1/2."""
+        part = limiting_shear(self.compression) / limiting_shear(0.5)
+        return REFERENCE_SHEARS[0] * part, REFERENCE_SHEARS[1] * part
+
+    def identity(self) -> dict[str, object]:
+        """Everything that decides the numbers, as plain values: the fields, and the version of this program."""
+        return {"rodatlas": __version__, **asdict(self)}
+
+
+@dataclass(frozen=True)
+class PieceEvent:
+    """A special point of a locus and the numbers of the other loci that it belongs to."""
+
+    event: LocusEvent
+    numbers: tuple[int, ...] = ()
+
+    @property
+    def angle_deg(self) -> float:
+        return float(np.degrees(self.event.solution["psi0"]))
+
+    @property
+    def shear(self) -> float:
+        return self.event.solution["dD"]
+
+    def __repr__(self) -> str:
+        with_ = f" with {', '.join(map(str, self.numbers))}" if self.numbers else ""
+        return f"PieceEvent({self.event.kind}{with_}: {self.angle_deg:.5g} deg, shear {self.shear:.6g})"
+
+
+@dataclass(frozen=True)
+class Piece:
+    """A piece of a curve of bifurcations along which the angle grows: the locus of one bifurcation of each slice.
+
+    Attributes
+    ----------
+    number : the paper's number or None.
+    kind : 'fold', 'pitchfork' or 'branch point'.
+    points : in order of increasing angle, the special points that bound it included.
+    events : special points on it and at its ends, and on unnumbered pieces next to it.
+    """
+
+    number: int | None
+    kind: str
+    points: tuple[Solution, ...] = field(repr=False)
+    events: tuple[PieceEvent, ...]
+
+    @property
+    def angles_deg(self) -> tuple[float, float]:
+        """Smallest and largest angle."""
+        return tuple(float(np.degrees(p["psi0"])) for p in (self.points[0], self.points[-1]))  # type: ignore[return-value]
+
+    def shear_at(self, angle_deg: float) -> float:
+        """Shear at an angle inside, interpolated between computed points."""
+        angles = np.degrees([p["psi0"] for p in self.points])
+        return float(np.interp(angle_deg, angles, [p["dD"] for p in self.points]))
+
+
+@dataclass(frozen=True)
+class Loci:
+    """Loci found from some slices; see :func:`rodatlas.atlas.compute_loci`.
+
+    Attributes
+    ----------
+    curves : as followed, each once.
+    pieces : of the curves, cut where the angle turns.
+    warnings : what was asked for and not found; empty when all is well.
+    """
+
+    settings: LociSettings
+    curves: tuple[Locus, ...]
+    pieces: tuple[Piece, ...]
+    warnings: tuple[str, ...] = ()
+    seconds: float = 0.0
+
+    def __repr__(self) -> str:
+        numbers = sorted({p.number for p in self.pieces if p.number is not None})
+        return f"Loci({len(self.curves)} curves with the loci {', '.join(map(str, numbers))})"
+
+    def numbered(self, number: int) -> Piece | None:
+        """The locus of a number."""
+        return next((p for p in self.pieces if p.number == number), None)
+
+    def save(self, path: str | os.PathLike[str]) -> None:
+        """Write to an HDF5 file, which replaces an older one only when complete."""
+        from rodatlas.atlas.loci_store import save_loci
+
+        save_loci(path, self)
+
+    @classmethod
+    def load(cls, path: str | os.PathLike[str]) -> Loci:
+        """Read what :meth:`save` wrote; ValueError when the file is damaged or holds something else."""
+        from rodatlas.atlas.loci_store import load_loci
+
+        return load_loci(path)
+
+    def to_frame(self) -> pd.DataFrame:
+        """A table with one row for each special point of each numbered locus."""
+        import pandas as pd
+
+        rows = [{"number": p.number, **_event_json(e)} for p in self.pieces if p.number is not None for e in p.events]
+        return pd.DataFrame(rows)
+
+    def to_json(self, numbers: Sequence[int] = ()) -> dict[str, Any]:
+        """The object that `rodatlas loci --json` prints, for some numbers or all."""
+        wanted = sorted((p for p in self.pieces if p.number is not None), key=lambda p: p.number or 0)
+        return {
+            "schema": SCHEMA,
+            "compression": self.settings.compression,
+            "poisson": self.settings.poisson,
+            "angle_max": self.settings.angle_max,
+            "tolerance": self.settings.tolerance,
+            "seconds": round(self.seconds, 3),
+            "warnings": list(self.warnings),
+            "loci": [_piece_json(p) for p in wanted if not numbers or p.number in numbers],
+        }
+
+
+def point_of(point: LocusPoint | LocusEvent) -> tuple[float, float, float]:
+    """Angle in degrees, shear and height."""
+    s = point.solution
+    return float(np.degrees(s["psi0"])), s["dD"], s["height"]
+
+
+def _piece_json(piece: Piece) -> dict[str, Any]:
+    return {
+        "number": piece.number,
+        "kind": piece.kind,
+        "points": [[float(np.degrees(p["psi0"])), p["dD"], p["height"]] for p in piece.points],
+        "events": [_event_json(e) for e in piece.events],
+    }
+
+
+def _event_json(e: PieceEvent) -> dict[str, Any]:
+    return {
+        "kind": e.event.kind,
+        "angle_deg": e.angle_deg,
+        "shear": e.shear,
+        "height": e.event.solution["height"],
+        "with": list(e.numbers),
+        "status": e.event.status.value,
+        "parameter": {"psi0": "angle", "dD": "shear"}.get(e.event.parameter, ""),
+        "what": e.event.what,
+    }
