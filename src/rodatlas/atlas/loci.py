@@ -85,23 +85,28 @@ class Piece:
     number : the paper's number or None.
     kind : 'fold', 'pitchfork' or 'branch point'.
     points : in order of increasing angle, the special points that bound it included.
-    events : special points on it and at its ends, and on unnumbered pieces next to it.
+    events : special points on it and at its ends, and on unnumbered or very short pieces next to it.
+    curve : position of its curve among those of the result.
     """
 
     number: int | None
     kind: str
     points: tuple[Solution, ...] = field(repr=False)
     events: tuple[PieceEvent, ...]
+    curve: int = 0
 
     @property
     def angles_deg(self) -> tuple[float, float]:
         """Smallest and largest angle."""
         return tuple(float(np.degrees(p["psi0"])) for p in (self.points[0], self.points[-1]))  # type: ignore[return-value]
 
-    def shear_at(self, angle_deg: float) -> float:
-        """Shear at an angle inside, interpolated between computed points."""
-        angles = np.degrees([p["psi0"] for p in self.points])
-        return float(np.interp(angle_deg, angles, [p["dD"] for p in self.points]))
+    def at(self, angle_deg: float) -> tuple[float, float]:
+        """Shear and height at an angle inside, from a spline through the computed points."""
+        found = at_angle(self.points, float(np.radians(angle_deg)))
+        if found is None:
+            low, high = self.angles_deg
+            raise ValueError(f"angle: expected one from {low:g} to {high:g} degrees, got {angle_deg:g}")
+        return float(found[0]), float(found[1])
 
 
 @dataclass(frozen=True)
@@ -112,12 +117,14 @@ class Loci:
     ----------
     curves : as followed, each once.
     pieces : of the curves, cut where the angle turns.
+    wanted : numbers that were asked for.
     warnings : what was asked for and not found; empty when all is well.
     """
 
     settings: LociSettings
     curves: tuple[Locus, ...]
     pieces: tuple[Piece, ...]
+    wanted: tuple[int, ...]
     warnings: tuple[str, ...] = ()
     seconds: float = 0.0
 
@@ -162,6 +169,20 @@ class Loci:
             "warnings": list(self.warnings),
             "loci": [_piece_json(p) for p in wanted if not numbers or p.number in numbers],
         }
+
+
+def at_angle(solutions: Sequence[Solution], angle: float) -> np.ndarray | None:
+    """Shear and height (2,) at an angle (radians) of a piece of a locus, from a cubic spline along it."""
+    from scipy.interpolate import CubicSpline
+    from scipy.optimize import brentq
+
+    values = np.array([[s["psi0"], s["dD"], s["height"]] for s in solutions])
+    if len(values) < 3 or not values[:, 0].min() <= angle <= values[:, 0].max():
+        return None
+    length = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(values, axis=0), axis=1))])
+    curve = CubicSpline(length, values)
+    i = int(np.flatnonzero((values[:-1, 0] - angle) * (values[1:, 0] - angle) <= 0)[0])
+    return curve(brentq(lambda s: float(curve(s)[0]) - angle, length[i], length[i + 1]))[1:]
 
 
 def point_of(point: LocusPoint | LocusEvent) -> tuple[float, float, float]:

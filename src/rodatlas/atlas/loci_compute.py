@@ -62,12 +62,13 @@ def compute_loci(
             if progress is not None:
                 progress(f"locus {event.number}", len(curves), 0)
             parts = _with_curve(event, parts, curves, warnings, options)
-    parts = numbered(parts)
-    parts = _born_folds(parts, curves, options)
+        parts = _born_folds(numbered(parts), curves, options)
     missing = sorted(set(numbers) - {p.number for p in parts})
     warnings += [f"locus {number}: not found from the slices up to {settings.angle_max:g} deg" for number in missing]
     seconds = time.perf_counter() - start
-    return Loci(settings, tuple(curves), tuple(pieces(parts, curves)), tuple(warnings), seconds)
+    return Loci(
+        settings, tuple(curves), tuple(pieces(parts, curves)), tuple(sorted(wanted)), tuple(warnings), seconds
+    )  # fmt: skip
 
 
 def trace_options(settings: LociSettings) -> TraceOptions:

@@ -8,10 +8,11 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from itertools import pairwise
 
 import numpy as np
 
-from rodatlas.atlas.loci import Piece, PieceEvent, point_of
+from rodatlas.atlas.loci import Piece, PieceEvent, at_angle, point_of
 from rodatlas.continuation import Locus, LocusEvent, Solution
 
 # (number, kinds of the turns passed from there on) -> number
@@ -25,6 +26,7 @@ SUCCESSORS = {
 }
 ENDS = {3: 5, 4: 12}  # number of a pitchfork -> that of the fold born where it turns subcritical
 
+SHORT = 1.0  # degrees: at the end of a shorter piece happens what concerns its neighbor, too
 SAME = 1e-4  # largest difference in angle (degrees), shear and height of one special point on two curves
 
 
@@ -39,18 +41,14 @@ class Stretch:
     events: tuple[LocusEvent, ...]
     number: int | None = None
 
-    def at(self, angle: float) -> np.ndarray | None:
-        """Shear and height at an angle inside (radians), from a cubic spline along the curve."""
-        from scipy.interpolate import CubicSpline
-        from scipy.optimize import brentq
+    @property
+    def span(self) -> float:
+        """Range of angle in degrees."""
+        return float(np.degrees(np.ptp([s["psi0"] for s in self.solutions])))
 
-        values = np.array([[s["psi0"], s["dD"], s["height"]] for s in self.solutions])
-        if len(values) < 3 or not values[:, 0].min() <= angle <= values[:, 0].max():
-            return None
-        length = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(values, axis=0), axis=1))])
-        curve = CubicSpline(length, values)
-        i = int(np.flatnonzero((values[:-1, 0] - angle) * (values[1:, 0] - angle) <= 0)[0])
-        return curve(brentq(lambda s: float(curve(s)[0]) - angle, length[i], length[i + 1]))[1:]
+    def at(self, angle: float) -> np.ndarray | None:
+        """Shear and height at an angle inside (radians)."""
+        return at_angle(self.solutions, angle)
 
 
 def stretches(curve: Locus, ident: int) -> list[Stretch]:
@@ -58,7 +56,7 @@ def stretches(curve: Locus, ident: int) -> list[Stretch]:
     turns = [e for e in curve.events if e.kind == "cusp" or (e.kind == "extremum" and e.parameter == "psi0")]
     bounds = [None, *turns, None]
     found = []
-    for low, high in zip(bounds[:-1], bounds[1:], strict=True):
+    for low, high in pairwise(bounds):
         a = -np.inf if low is None else low.arclength
         b = np.inf if high is None else high.arclength
         solutions = [p.solution for p in curve.points if a < p.arclength < b]
@@ -106,12 +104,11 @@ def pieces(parts: Sequence[Stretch], curves: Sequence[Locus]) -> list[Piece]:
         kind = "pitchfork" if curve.pitchfork else curve.kind
         events = []
         for e in _events_of(parts, i):
-            others = {n for other, n in owners if same_place(e, other) and n != part.number}
-            others |= _across(parts, i, e)
-            events.append(PieceEvent(e, tuple(sorted(others - {part.number}))))  # type: ignore[arg-type]
+            others = {n for other, n in owners if same_place(e, other)} | _across(parts, i, e)
+            events.append(PieceEvent(e, tuple(sorted(n for n in others if n is not None and n != part.number))))
         rising = part.solutions[-1]["psi0"] >= part.solutions[0]["psi0"]
         solutions = part.solutions if rising else part.solutions[::-1]
-        found.append(Piece(part.number, kind, tuple(solutions), tuple(events)))
+        found.append(Piece(part.number, kind, tuple(solutions), tuple(events), part.curve))
     return found
 
 
@@ -121,13 +118,13 @@ def same_place(one: LocusEvent, two: LocusEvent) -> bool:
 
 
 def _events_of(parts: Sequence[Stretch], i: int) -> list[LocusEvent]:
-    """Special points of a stretch: at its ends, on it, and on to the far ends of unnumbered stretches beside it."""
+    """Special points of a stretch: at its ends, on it, and on to the far ends of short or unnumbered ones beside it."""
     part = parts[i]
     found = [e for e in (part.ends[0], *part.events, part.ends[1]) if e is not None]
     for step, side in ((-1, 0), (1, 1)) if part.number is not None else ():
         at = i + step
         bounded = part.ends[side] is not None and 0 <= at < len(parts) and parts[at].curve == part.curve
-        if bounded and parts[at].number is None and parts[at].ends[side] is not None:
+        if bounded and (parts[at].number is None or parts[at].span < SHORT):
             end = parts[at].ends[side]
             found += [*parts[at].events, *([end] if end else [])]
     return found

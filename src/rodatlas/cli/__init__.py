@@ -1,4 +1,4 @@
-"""The command line: `rodatlas slice`, `rodatlas solve`."""
+"""The command line: `rodatlas slice`, `rodatlas loci`, `rodatlas solve`."""
 
 from rodatlas.cli.app import main
 

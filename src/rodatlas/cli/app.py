@@ -53,6 +53,25 @@ def slice_command(
     run(angle, compression, poisson, shear_max, tol, out, json_to, fresh)
 
 
+@app.command("loci")
+def loci_command(
+    number: Annotated[
+        list[str] | None, typer.Option("--number", help="Number of a bifurcation, 3 to 18; may be repeated [all].")
+    ] = None,
+    angle_max: Annotated[str, typer.Option("--angle-max", help="Largest clamp angle in degrees.")] = "80",
+    compression: Compression = "0.5",
+    poisson: Poisson = "0.25",
+    tol: Tolerance = "1e-8",
+    out: Annotated[str, typer.Option(help="Folder for the figure and data.")] = "out",
+    fresh: Annotated[bool, typer.Option("--fresh", help="Compute everything again, even what the folder has.")] = False,
+    json_to: Annotated[str, typer.Option("--json", help="Write the result as JSON to a file too, or to -.")] = "",
+) -> None:
+    """Follow numbered bifurcations in clamp angle and shear: special points, figure and data."""
+    from rodatlas.cli.loci import run
+
+    run(number or [], angle_max, compression, poisson, tol, out, json_to, fresh)
+
+
 @app.command("solve")
 def solve_command(
     angle: Angle,

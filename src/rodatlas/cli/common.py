@@ -52,6 +52,17 @@ def writable_folder(text: str, field: str = "out") -> Path:
     return folder
 
 
+def json_target(text: str) -> Path | None:
+    """The file for --json, checked before any work is done."""
+    if text in ("", "-"):
+        return None
+    path = Path(text)
+    if path.is_dir():
+        raise ValueError(f"json: expected a file name or -, got the folder '{text}'")
+    writable_folder(str(path.parent), "json")
+    return path
+
+
 @contextmanager
 def progress_bar(title: str) -> Iterator[Report]:
     """A bar on stderr; without a terminal, one line per branch."""

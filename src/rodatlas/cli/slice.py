@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 from rich.console import Console
 from rich.table import Table
 
-from rodatlas.cli.common import progress_bar, settings_from, writable_folder
+from rodatlas.cli.common import json_target, progress_bar, settings_from, writable_folder
 
 if TYPE_CHECKING:
     from rodatlas.atlas import Slice, SliceSettings
@@ -23,13 +23,13 @@ def run(
     """The command; texts come as typed and are checked here."""
     settings = settings_from(angle, compression, poisson, tol, shear_max)
     folder = writable_folder(out)
-    json_file = _json_target(json_to)
+    json_file = json_target(json_to)
     from rodatlas.atlas.cache import write_text
 
-    stem = _stem(settings)
+    stem = stem_of(settings)
     data = folder / f"{stem}.h5"
     with progress_bar(f"slice at {settings.angle_deg:g} deg") as report:
-        found = _slice(settings, data, fresh, report)
+        found = slice_from(settings, data, fresh, report)
         report("figures", len(found.branches), 0)
         files = [*_figures(found, folder, stem), folder / f"{stem}.json", data]
     text = json.dumps(found.to_json(), indent=1) + "\n"
@@ -48,7 +48,7 @@ def run(
         write_text(json_file, text)
 
 
-def _slice(settings: SliceSettings, data: Path, fresh: bool, report: Report) -> Slice:
+def slice_from(settings: SliceSettings, data: Path, fresh: bool, report: Report) -> Slice:
     """The slice from its data file, or computed and written there; what an interrupted run has finished is used."""
     from rodatlas.atlas import FolderCache, compute_slice
     from rodatlas.atlas.store import stored_slice
@@ -71,22 +71,11 @@ def _slice(settings: SliceSettings, data: Path, fresh: bool, report: Report) -> 
     return found
 
 
-def _stem(settings: SliceSettings) -> str:
+def stem_of(settings: SliceSettings) -> str:
     """Name of the files: the angle, and what differs from dL = 1/2 and nu = 1/4."""
     other = f"-dL{settings.compression:g}" if settings.compression != 0.5 else ""
     other += f"-nu{settings.poisson:g}" if settings.poisson != 0.25 else ""
     return f"slice-{settings.angle_deg:g}{other}"
-
-
-def _json_target(text: str) -> Path | None:
-    """The file for --json, checked before any work is done."""
-    if text in ("", "-"):
-        return None
-    path = Path(text)
-    if path.is_dir():
-        raise ValueError(f"json: expected a file name or -, got the folder '{text}'")
-    writable_folder(str(path.parent), "json")
-    return path
 
 
 def _figures(found: Slice, folder: Path, stem: str) -> list[Path]:

@@ -29,7 +29,7 @@ def follow_locus(
     ----------
     start : a located fold or branch point, or a zero of a free parameter or observable, whose value is kept.
     free : bvp.n_free + 1 names: the parameter in which it was found, the second one, then any inner ones.
-    options : bounds, steps and mesh as for branches; `locate` and `index` are not used.
+    options : bounds, zeros, steps and mesh as for branches; `locate` and `index` are not used.
     both : follow both directions.
 
     Raises

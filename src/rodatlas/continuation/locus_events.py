@@ -10,7 +10,7 @@ import numpy as np
 from rodatlas.continuation.collocation import add, scaled
 from rodatlas.continuation.events import dips
 from rodatlas.continuation.linear import Columns
-from rodatlas.continuation.locus_frame import LocusFrame, Sought, correct
+from rodatlas.continuation.locus_frame import LocusFrame, Sought, correct, frame_at
 from rodatlas.continuation.locus_results import LocusEvent
 from rodatlas.continuation.normal_form import cusp_form, fold_quadratic
 from rodatlas.continuation.options import TraceOptions
@@ -213,12 +213,18 @@ _TRUNK = Watched("coalescence", _value("trunk"), "the branch that is crossed has
 
 def _candidates(stretch: Stretch) -> list[Watched]:
     """What is watched on a locus of this kind, besides its turns."""
+    zeros = [Watched(f"zero of {name}", _crossing(name, value), f"{name} = {value:g}")
+             for name, value in stretch.options.zeros.items()]  # fmt: skip
     if stretch.sought.kind == "fold":
-        return [_CUSP, _second_kernel("coalescence", "the fold meets a branch point")]
+        return [_CUSP, _second_kernel("coalescence", "the fold meets a branch point"), *zeros]
     if stretch.sought.kind == "branch point":
         other = _second_kernel("crossing", "another branch point at the same solution")
-        return [_CRITICALITY if stretch.sought.pitchfork else _QUADRATIC, _TRUNK, other]
-    return []
+        return [_CRITICALITY if stretch.sought.pitchfork else _QUADRATIC, _TRUNK, other, *zeros]
+    return zeros
+
+
+def _crossing(name: str, value: float) -> Test:
+    return lambda frame: frame.value(name) - value
 
 
 def crowded(stretch: Stretch, found: list[Watched]) -> bool:
@@ -238,6 +244,9 @@ def locate(stretch: Stretch, what: Watched, names: tuple[str, ...]) -> LocusEven
     """The special point, located by root finding on corrected points and told apart by its normal form."""
     test = what.precise(stretch) if what.precise else what.test
     found = stretch.singular_root(test) if what.singular else stretch.root(test)
+    if found and stretch.sought.kind == "fold" and what.kind == "criticality":
+        exact = _turning_pitchfork(stretch, found[0])
+        found = None if exact is None else (exact, found[1])
     status = Status.CONVERGED if found else Status.BRACKETED
     at, fraction = found or (stretch.right, 1.0)
     arclength = stretch.start + fraction * stretch.step
@@ -249,6 +258,31 @@ def locate(stretch: Stretch, what: Watched, names: tuple[str, ...]) -> LocusEven
     if what.kind == "extremum":
         return replace(event, what=_turn(stretch.sought, at, names.index(what.parameter)))
     return event
+
+
+def _turning_pitchfork(stretch: Stretch, near: LocusFrame) -> LocusFrame | None:
+    """The pitchfork that changes between super- and subcritical, on the locus of pitchforks, from a fold close to it.
+
+    On the locus of folds the place is ill-conditioned: an imperfection e of the discrete problem moves it by e^(1/5).
+    """
+    sought = Sought("branch point", pitchfork=True)
+    here = frame_at(sought, near.colloc, near.x, stretch.options)
+    step = 0.1 * stretch.step
+    for _ in range(12):
+        ahead = None
+        if here is not None:
+            ahead = correct(sought, here, here.predict(step), here.tangent, stretch.options, exact=True)
+        if here is None or ahead is None:
+            return None
+        values = [f.tests.values["criticality"] for f in (here, ahead[0])]
+        if abs(step) < LOCATED:
+            return ahead[0]
+        if values[0] == values[1]:
+            return None
+        here, step = ahead[0], step * values[1] / (values[0] - values[1])
+        if abs(step) > stretch.step:
+            return None
+    return None
 
 
 def _turn(sought: Sought, at: LocusFrame, parameter: int) -> str:

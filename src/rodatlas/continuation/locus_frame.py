@@ -207,28 +207,30 @@ def first_frame(
         solution = solution.remesh(mesh, options.mesh.points)
     scale = start.scale or Scale.of(bvp, solution)
     colloc = Collocation(bvp, solution.mesh, solution.points, solution.parameters, free, scale, options.backend)
-    x = colloc.state(solution)
-    border: Border | None = Border((), Blocks(*(np.zeros_like(r) for r in vars(colloc.linearize(x).residual).values())))
-    if sought.kind in KINDS:
-        border = kernel_border(sought.kind, colloc, x)
-    if border is None:
+    frame = frame_at(sought, colloc, colloc.state(solution), options)
+    if frame is None:
         return None
-    local: Local | ValueLocal | None = None
-    for _ in range(3):  # the borders settle
-        local = sought.local(colloc, x, border, 0.0)
-        if local is None:
-            return None
-        border = local.border
-    assert local is not None
-    tangent = local.null_vector(colloc)
-    tangent = scaled(tangent, 1.0 if tangent.scalars[1] >= 0 else -1.0)
-    found = correct(sought, LocusFrame(colloc, x, tangent, border), x, tangent, options, exact=True)
-    if found is None:
-        return None
-    frame = found[0]
+    frame = replace(frame, tangent=scaled(frame.tangent, 1.0 if frame.tangent.scalars[1] >= 0 else -1.0))
     for _ in range(4):
         before = len(frame.colloc.step)
         frame = adapted(sought, frame, options, settle=True)
         if len(frame.colloc.step) == before:
             break
     return frame
+
+
+def frame_at(sought: Sought, colloc: Collocation, x: Columns, options: TraceOptions) -> LocusFrame | None:
+    """Frame on the locus close to a state, with tangent of either sense; None when Newton does not converge."""
+    empty = Blocks(*(np.zeros_like(r) for r in vars(colloc.linearize(x).residual).values()))
+    border = kernel_border(sought.kind, colloc, x) if sought.kind in KINDS else Border((), empty)
+    local: Local | ValueLocal | None = None
+    for _ in range(3):  # the borders settle
+        local = sought.local(colloc, x, border, 0.0) if border is not None else None
+        if local is None:
+            return None
+        border = local.border
+    assert local is not None
+    assert border is not None
+    tangent = local.null_vector(colloc)
+    found = correct(sought, LocusFrame(colloc, x, tangent, border), x, tangent, options, exact=True)
+    return None if found is None else found[0]

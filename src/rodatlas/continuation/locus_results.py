@@ -48,7 +48,7 @@ class LocusEvent:
     ----------
     kind : 'cusp' (two folds meet), 'criticality' (a pitchfork changes between super- and subcritical; a locus of folds
         ends there), 'coalescence' (a fold meets a branch point), 'crossing' (another branch point at the same
-        solution), or 'extremum' (the locus turns back in `parameter`).
+        solution), 'extremum' (the locus turns back in `parameter`), or 'zero of NAME'.
     parameter : name of the parameter that is extreme, or ''.
     status : CONVERGED when the test function was brought to zero, else BRACKETED.
     bracket : arclengths between which it lies; test : value of the test function at the solution.

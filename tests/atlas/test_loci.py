@@ -1,0 +1,126 @@
+"""Loci of the band's bifurcations: the events of the paper, agreement with other slices, file and JSON."""
+
+import json
+
+import numpy as np
+import pytest
+
+from rodatlas.atlas import Loci, LociSettings, compute_loci
+from rodatlas.cli import main
+from rodatlas.continuation import Status, TraceOptions, follow_locus
+from rodatlas.rods import rod_problem
+
+NUMBERS = (3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15, 18)
+
+
+@pytest.fixture(scope="module")
+def loci(slice_15):
+    return compute_loci(LociSettings(), lambda angle: slice_15, NUMBERS)
+
+
+def events(loci, number, kind, parameter=""):
+    """Angle and partners of the special points of a kind on a locus."""
+    found = [e for e in loci.numbered(number).events if (e.event.kind, e.event.parameter) == (kind, parameter)]
+    assert all(e.event.status is Status.CONVERGED for e in found)
+    return [(e.angle_deg, e.numbers) for e in found]
+
+
+def test_every_locus_is_found(loci):
+    assert loci.warnings == ()
+    assert sorted(p.number for p in loci.pieces if p.number is not None) == list(NUMBERS)
+    kinds = {p.number: p.kind for p in loci.pieces}
+    assert {n for n, kind in kinds.items() if kind == "pitchfork" and n is not None} == {3, 4, 8, 9, 10, 11, 15}
+
+
+@pytest.mark.parametrize(("number", "kind", "angle", "partners"), [
+    (6, "cusp", 0.135, (7,)),  # w is born
+    (7, "cusp", 0.135, (6,)),
+    (7, "extremum", 27.71, (13,)),  # the w branch touches the U branch
+    (18, "extremum", 27.71, (13,)),
+    (6, "extremum", 30.62, (14,)),  # U-w meets uUui
+    (11, "extremum", 56.293, (15,)),  # 11 and 15 annihilate
+    (4, "extremum", 28.147, (9,)),  # 4 and 9 annihilate
+    (4, "criticality", 26.2916, (12,)),  # 4 turns subcritical, 12 is born
+    (12, "criticality", 26.2916, (4,)),
+    (3, "criticality", 41.7449, (5,)),
+    (5, "criticality", 41.7449, (3,)),
+    (9, "coalescence", 27.5096, (7,)),
+    (14, "coalescence", 44.1702, (10,)),
+])  # fmt: skip
+def test_events(loci, number, kind, angle, partners):
+    near = [e for e in events(loci, number, kind, "psi0" if kind == "extremum" else "") if abs(e[0] - angle) < 0.002]
+    assert len(near) == 1, events(loci, number, kind)
+    assert set(partners) <= set(near[0][1])
+
+
+def test_what_happens_is_said(loci):
+    said = {(p.number, round(e.angle_deg, 2)): e.event.what for p in loci.pieces for e in p.events if p.number}
+    assert said[7, 27.71] == "two branches touch: they merge and split"
+    assert said[11, 56.29] == "two branch points meet and vanish"
+
+
+def test_loci_pass_through_the_slice_at_30_degrees(loci, slice_30):
+    """Independent of each other: a fold or pitchfork of that slice, and the locus traced from 15 degrees."""
+    compared = set()
+    for b in slice_30.branches:
+        for e in b.events:
+            if e.number in NUMBERS:
+                shear, height = loci.numbered(e.number).at(30.0)
+                assert shear == pytest.approx(e.shear, abs=2e-4), e
+                assert height == pytest.approx(e.height, abs=2e-4), e
+                compared.add(e.number)
+    assert compared == {3, 5, 6, 8, 10, 11, 12, 13}
+
+
+def test_a_locus_meets_the_slice_at_30_degrees_exactly(slice_15, slice_30):
+    event = next(e for b in slice_15.branches for e in b.events if e.number == 10)
+    angle = np.radians(30.0)
+    options = TraceOptions(bounds={"psi0": (0.2, 0.6)}, zeros={"psi0": angle})
+    (met,) = follow_locus(rod_problem(), event.special, ("dD", "psi0"), options).of_kind("zero of psi0")
+    (other,) = {round(e.shear, 8) for b in slice_30.branches for e in b.events if e.number == 10}
+    assert met.solution["psi0"] == pytest.approx(angle, abs=1e-9)
+    assert met.solution["dD"] == pytest.approx(other, abs=1e-7)
+
+
+def test_file(loci, tmp_path):
+    loci.save(tmp_path / "loci.h5")
+    again = Loci.load(tmp_path / "loci.h5")
+    assert again.to_json() == loci.to_json()
+    assert again.wanted == NUMBERS
+
+
+def test_command_line(slice_15, tmp_path, capsys):
+    slice_15.save(tmp_path / "slice-15.h5")
+    arguments = ["loci", "--number", "4", "--number", "12", "--out", str(tmp_path), "--json", "-"]
+    with pytest.raises(SystemExit) as stop:
+        main(arguments)
+    assert stop.value.code == 0
+    found = json.loads(capsys.readouterr().out)
+    assert found["schema"] == "rodatlas/loci/1"
+    assert [x["number"] for x in found["loci"]] == [4, 12]
+    assert [x["kind"] for x in found["loci"]] == ["pitchfork", "fold"]
+    for locus in found["loci"]:
+        points = np.array(locus["points"])
+        assert points.shape[1] == 3
+        assert np.all(np.diff(points[:, 0]) > 0)
+        for event in locus["events"]:
+            assert {"kind", "angle_deg", "shear", "with", "status"} <= set(event)
+    assert {p.name for p in tmp_path.glob("loci*")} == {"loci.h5", "loci.json", "loci.png", "loci.pdf"}
+    with pytest.raises(SystemExit):
+        main(arguments)
+    again = capsys.readouterr()
+    assert "read from" in again.err
+    assert json.loads(again.out) == found
+
+
+@pytest.mark.parametrize(("arguments", "message"), [
+    (["--number", "x"], "number: expected a whole number, got 'x'"),
+    (["--number", "2"], "number: expected one of 3 to 18, got 2"),
+    (["--angle-max", "95"], "angle-max: expected degrees with 15 <= angle-max < 90, got 95"),
+    (["--poisson", "1"], "poisson: expected a number with -1 < nu <= 0.5, got 1"),
+])  # fmt: skip
+def test_wrong_input(arguments, message, capsys):
+    with pytest.raises(SystemExit) as stop:
+        main(["loci", *arguments])
+    assert stop.value.code == 2
+    assert message in capsys.readouterr().err
