@@ -88,13 +88,13 @@ def test_branch_points_of_two_modes_close_together(apart):
     assert np.allclose([x.solution["lam"] for x in branch.special], expected, atol=1e-6)
 
 
-def test_a_kernel_of_dimension_two_is_reported():
+def test_two_modes_that_become_singular_together():
     bvp = two_modes(0.0)
     branch = trace(bvp, zero(bvp, lam=1.0), ("lam",), TraceOptions(bounds={"lam": (1.0, 20.0)}), both=False)
-    assert len(branch.discrepancies) == 1
-    low, high = branch.discrepancies[0].parameter
-    assert low - 1e-3 <= np.pi**2 <= high + 1e-3
-    assert "kernel of even dimension" in str(branch.discrepancies[0])
+    (point,) = branch.special
+    assert (point.kind, point.multiplicity, point.status) == ("branch point", 2, Status.CONVERGED)
+    assert abs(point.solution["lam"] - np.pi**2) < 1e-8
+    assert branch.discrepancies == ()
 
 
 def two_modes(apart):

@@ -14,12 +14,13 @@ from rodatlas.continuation.options import StepControl, TraceOptions
 from rodatlas.continuation.problem import BVP, end_value, integral_of
 from rodatlas.continuation.results import Branch, Discrepancy, EndReason, NormalForm, Point, SpecialPoint, Status
 from rodatlas.continuation.solution import Solution
+from rodatlas.continuation.switch import switch, switch_all
 from rodatlas.continuation.symmetry import Symmetry
-from rodatlas.continuation.trace import NotConverged, follow, solve, switch, trace
+from rodatlas.continuation.trace import NotConverged, follow, solve, trace
 
 __all__ = [
     "BVP", "Branch", "Discrepancy", "EndReason", "Locus", "LocusEvent", "LocusPoint", "MeshControl", "NewtonCode",
     "NewtonOptions", "NormalForm", "NotConverged", "Point", "Solution", "SpecialPoint", "Status", "StepControl",
     "Symmetry", "TraceOptions", "broken_at", "deflated_solve", "end_value", "fold_locus_at", "follow", "follow_locus",
-    "image", "integral_of", "isotropy", "other_solutions", "solve", "switch", "trace",
+    "image", "integral_of", "isotropy", "other_solutions", "solve", "switch", "switch_all", "trace",
 ]  # fmt: skip

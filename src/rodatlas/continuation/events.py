@@ -19,6 +19,8 @@ from rodatlas.continuation.results import NormalForm, SpecialPoint, Status
 
 FOLD_NOISE = 1e-9  # tangent component of the parameter below which it is round-off: the branch is vertical
 
+STEEP = 4.0  # change of a singular value per arclength that is hardly ever exceeded
+
 
 @dataclass(frozen=True)
 class Located:
@@ -29,12 +31,14 @@ class Located:
     fraction : place on the segment, 0 to 1; iterations : Newton iterations spent.
     gap : the branch point exists only for a perturbed problem: here two curves pass each other at a small distance,
         and the step jumped from one to the other.
+    found : a converged branch point on the mesh of the segment.
     """
 
     special: SpecialPoint
     fraction: float
     iterations: int
     gap: bool = False
+    found: Augmented | None = None
 
     @property
     def is_zero(self) -> bool:
@@ -47,8 +51,15 @@ class Located:
 
     @property
     def flips(self) -> bool:
-        """Whether an eigenvalue of the problem at fixed parameters changes sign there, as an index counts them."""
-        return self.special.kind == "fold" or (self.special.kind == "branch point" and not self.turns)
+        """Whether eigenvalues of the problem at fixed parameters may change sign there, as an index counts them."""
+        return self.capacity > 0
+
+    @property
+    def capacity(self) -> int:
+        """How many eigenvalues change sign there at most; all of them do so except at a multiple branch point."""
+        if self.special.multiplicity > 1:
+            return self.special.multiplicity
+        return int(self.special.kind == "fold" or (self.special.kind == "branch point" and not self.turns))
 
 
 @dataclass(frozen=True)
@@ -128,14 +139,32 @@ def turns_at(special: SpecialPoint) -> bool:
     return special.kind == "branch point" and special.turns
 
 
-def unresolved(segment: Segment, events: list[Located], options: TraceOptions, tried: float) -> bool:
+def explains(segment: Segment, events: list[Located], change: int) -> bool:
+    """Whether the folds and branch points of a segment explain a change of the index.
+
+    Where one of them is multiple the parity follows from the determinant of the problem at fixed parameters.
+    """
+    most, left, right = sum(e.capacity for e in events), segment.left.branch_test[0], segment.right.branch_test[0]
+    odd = most % 2 == 1
+    if any(e.special.multiplicity > 1 for e in events):
+        if left * right == 0.0:
+            return abs(change) <= most
+        odd = changes(left, right) != changes(*segment.fold_tests, FOLD_NOISE)
+    return abs(change) <= most and change % 2 == odd
+
+
+def unresolved(
+    segment: Segment, events: list[Located], options: TraceOptions, tried: float, told_apart: bool = False
+) -> bool:
     """Whether a shorter step should tell more.
 
     It should when several folds or branch points crowd on the segment, when it jumps a gap between two curves, when
     the turns of the parameter do not add up, when two folds or two branch points may hide on it, when an event lies
-    beyond a bound, and (down to an eighth of the step tried first) when one was not located.
+    beyond a bound, and (down to an eighth of the step tried first) when one was not located. With `told_apart` all
+    places where the segment is singular are known, and only the rest is asked.
     """
-    if sum(not e.is_zero for e in events) > 1 or any(e.gap for e in events):
+    crowd = [e for e in events if not e.is_zero and not (told_apart and e.special.kind == "branch point")]
+    if len(crowd) > 1 or any(e.gap for e in events):
         return True
     both = "fold" in options.locate and "branch point" in options.locate
     if both and sum(e.turns for e in events) % 2 != changes(*segment.fold_tests, FOLD_NOISE):
@@ -144,7 +173,7 @@ def unresolved(segment: Segment, events: list[Located], options: TraceOptions, t
         return True
     if "fold" in options.locate and may_turn_twice(segment):
         return True
-    if "branch point" in options.locate and may_be_singular_twice(segment):
+    if "branch point" in options.locate and not told_apart and may_be_singular_twice(segment):
         return True
     return any(_outside(e.special, segment, options) for e in events)
 
@@ -178,12 +207,15 @@ def may_be_singular_twice(segment: Segment) -> bool:
 
     It is suspicious when the smallest singular value, extrapolated along a line from the point before and the left
     end, reaches zero on the segment (two modes that become singular in turn), or when the parabola through these two
-    and the right end has a minimum there at less than half of the values at the ends (one mode that does so twice).
+    and the right end has a minimum there at less than half of the values at the ends (one mode that does so twice). At
+    the start of a branch, where no point lies before, a value is suspicious that is small for the length of the step.
     """
     before, left, right = segment.left.weakness_before, segment.left.weakness, segment.right.weakness
-    if segment.left.branch_test[0] * segment.right.branch_test[0] <= 0 or not np.isfinite([before, left, right]).all():
+    if segment.left.branch_test[0] * segment.right.branch_test[0] <= 0 or not np.isfinite([left, right]).all():
         return False
     h0, h1 = segment.left.previous_step, segment.step
+    if not np.isfinite(before):
+        return min(left, right) < STEEP * h1
     slope_before, slope = (left - before) / h0, (right - left) / h1
     if left + slope_before * h1 <= 0.0:
         return True
@@ -222,6 +254,17 @@ def _locate_branch_point(segment: Segment, options: TraceOptions) -> Located:
     guess = float(np.clip(a / (a - b), 0.05, 0.95)) if np.isfinite(a - b) and a != b else 0.5
     found, tangent, bracket, spent = _attempts(segment, options, attempt, lambda frame: frame.branch_test[0], guess)
     return _record(segment, options, "branch point", found, tangent, (a, b), bracket, spent)
+
+
+def branch_point_from(segment: Segment, fraction: float, x: Columns, options: TraceOptions) -> Located | None:
+    """The simple branch point that Newton finds from a state at a fraction of the segment; None when it fails."""
+    a, b = (frame.branch_test[0] * frame.weakness for frame in (segment.left, segment.right))
+    tangent = segment.direction(fraction)
+    found = solve_branch_point(segment.colloc, x, tangent)
+    if not (found.converged and segment.holds(found.state)):
+        return None
+    event = _record(segment, options, "branch point", found, tangent, (a, b), (0.0, 1.0), found.iterations)
+    return None if event.gap else event
 
 
 def _attempts(
@@ -294,6 +337,7 @@ def _record(
     fraction = float(np.clip(segment.position(found.state)[0], 0.0, 1.0))
     directions: tuple[Columns, ...] = ()
     turns = kind == "fold"
+    at_first = found if found.converged and kind == "branch point" else None
     if found.converged and found.vectors and not options.mesh.is_fixed_size:
         before = found.iterations
         colloc, found, error = refined(colloc, found, tangent, options.mesh)
@@ -314,7 +358,7 @@ def _record(
         directions=directions, free=tuple(colloc.bvp.parameter_names[i] for i in colloc.free), scale=colloc.scale,
         turns=turns, normal_form=form, bend=bend,
     )  # fmt: skip
-    return Located(special, fraction, spent, gap)
+    return Located(special, fraction, spent, gap, at_first)
 
 
 def _normal_form(

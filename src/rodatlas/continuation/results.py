@@ -104,11 +104,18 @@ class SpecialPoint:
     index : index of the solution before and after, None when no index function was given.
     residual : size of the last Newton correction of the augmented system, scaled.
     curvature : for a fold, second derivative of the continuation parameter along the branch, scaled.
-    directions : tangents through a branch point: along this branch, and along the other one.
+    directions : tangents through a branch point: along this branch, and along the other one; at a multiple branch
+        point the unit tangents of all rays that leave it, see `rays`.
     free, scale : free parameters and units that `directions` refer to.
     turns : whether the continuation parameter is extreme here: at a fold, and at a pitchfork met along its side.
     normal_form : NormalForm, None when it was not computed.
     bend : at a branch point, second derivative of the other curve: with its direction it predicts the other branch.
+    multiplicity : dimension of the kernel less one: 1 at a simple branch point (and everywhere else), 2 and more where
+        several modes become singular at once.
+    continuum : whether a continuous symmetry moves some of the branches through a multiple branch point around, so that
+        they form families, of which `directions` holds one each.
+    nearby : scaled states, one on each ray of a multiple branch point, which tell apart rays with one tangent.
+    unverified : candidates of rays of a multiple branch point that could not be confirmed; 0 when all are known.
     """
 
     kind: str
@@ -126,6 +133,22 @@ class SpecialPoint:
     turns: bool = False
     normal_form: NormalForm | None = None
     bend: Columns | None = field(default=None, repr=False)
+    multiplicity: int = 1
+    continuum: bool = False
+    nearby: tuple[Columns, ...] = field(default=(), repr=False)
+    unverified: int = 0
+
+    @property
+    def rays(self) -> tuple[Columns, ...]:
+        """Unit tangents of the half-branches that leave a branch point, the choices of `switch(..., ray=)`.
+
+        This branch forward (0) and backward (1) come first; of every other curve both sides follow one another.
+        """
+        if self.multiplicity > 1 or self.kind != "branch point":
+            return self.directions
+        from rodatlas.continuation.collocation import scaled
+
+        return tuple(scaled(d, sign) for d in self.directions for sign in (1.0, -1.0))
 
     @property
     def criticality(self) -> str:
@@ -148,7 +171,12 @@ class SpecialPoint:
         return LABELS.get(self.kind, LABELS["zero"])
 
     def __repr__(self) -> str:
-        return f"SpecialPoint({self.kind}, {self.status.value}, {self.solution!r})"
+        kind = self.kind
+        if self.multiplicity > 1:
+            family = ", a continuum of branches" if self.continuum else ""
+            missing = f", {self.unverified} more unconfirmed" if self.unverified else ""
+            kind += f" of multiplicity {self.multiplicity} with {len(self.directions)} rays{missing}{family}"
+        return f"SpecialPoint({kind}, {self.status.value}, {self.solution!r})"
 
 
 @dataclass(frozen=True)

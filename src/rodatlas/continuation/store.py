@@ -7,7 +7,7 @@ Layout of a branch file (S solutions with N_i intervals of m Gauss points, n unk
     /points/solutions    offsets (S+1,) of intervals; mesh, values (sum N_i + S, n), stages (sum N_i, m, n),
                          parameters (S, np), error (S,), observables (S, no); names as attributes
     /special     kind, status, arclength, bracket, tests, index, residual, curvature, turns, normal_form; solutions;
-                 directions, bend
+                 directions, bend; multiplicity, continuum, unverified, nearby
     /discrepancies
 
 Meshes differ in size from point to point, so they lie end to end and `offsets` tells them apart.
@@ -220,6 +220,9 @@ def _read_points(group: h5py.Group) -> tuple[Point, ...]:
     return tuple(map(Point, solutions, arclength, tangent, fold, branch, index, iterations, step))
 
 
+_MULTIPLE_NUMBERS = ("multiplicity", "continuum", "unverified")
+
+
 def _write_special(group: h5py.Group, special: Sequence[SpecialPoint]) -> None:
     write_solutions(group.create_group("solutions"), [x.solution for x in special])
     put_names(group, "kind", [x.kind for x in special])
@@ -235,6 +238,9 @@ def _write_special(group: h5py.Group, special: Sequence[SpecialPoint]) -> None:
     put_array(group, "normal_form", np.array([(form.slope, form.bend) for form in forms], float).reshape(-1, 2))
     _write_vectors(group.create_group("directions"), [x.directions for x in special])
     _write_vectors(group.create_group("bend"), [() if x.bend is None else (x.bend,) for x in special])
+    for key in _MULTIPLE_NUMBERS:
+        put_array(group, key, np.array([getattr(x, key) for x in special], np.int64))
+    _write_vectors(group.create_group("nearby"), [x.nearby for x in special])
     scale = next((x.scale for x in special if x.scale is not None), None)
     put_names(group["directions"], "free", next((x.free for x in special if x.free), ()))
     if scale is not None:
@@ -264,6 +270,7 @@ def _read_special(group: h5py.Group) -> tuple[SpecialPoint, ...]:
     scale = Scale(at["scale_unknowns"][()], at["scale_parameters"][()]) if "scale_unknowns" in at else None
     turns = get_array(group, "turns", (n,)).tolist()
     forms, bends = _read_forms(group, solutions, len(free))
+    multiple = _read_multiple(group, solutions, len(free))
     found = []
     for i in range(n):
         before, after = _optional(index[i])
@@ -271,6 +278,7 @@ def _read_special(group: h5py.Group) -> tuple[SpecialPoint, ...]:
             SpecialPoint(
                 kind[i], solutions[i], arclength[i], Status[status[i]], tuple(bracket[i]), tuple(tests[i]),
                 (before, after), residual[i], curvature[i], directions[i], free, scale, turns[i], forms[i], bends[i],
+                **multiple[i],
             )
         )  # fmt: skip
     return tuple(found)
@@ -286,6 +294,18 @@ def _read_forms(
     kinds = get_names(group, "normal_form")
     forms = [NormalForm(kind, *pair) if kind else None for kind, pair in zip(kinds, numbers, strict=True)]
     return forms, [v[0] if v else None for v in _read_vectors(group["bend"], solutions, k)]
+
+
+def _read_multiple(group: h5py.Group, solutions: Sequence[Solution], k: int) -> list[dict[str, Any]]:
+    """What only multiple branch points have, and files of older versions lack."""
+    if "multiplicity" not in group:
+        return [{} for _ in solutions]
+    size, family, missing = (get_array(group, key, (len(solutions),)).tolist() for key in _MULTIPLE_NUMBERS)
+    nearby = _read_vectors(group["nearby"], solutions, k)
+    return [
+        {"multiplicity": d, "continuum": bool(c), "unverified": u, "nearby": near}
+        for d, c, u, near in zip(size, family, missing, nearby, strict=True)
+    ]
 
 
 def _read_vectors(group: h5py.Group, solutions: Sequence[Solution], k: int) -> list[tuple[Columns, ...]]:

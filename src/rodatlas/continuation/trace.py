@@ -1,4 +1,4 @@
-"""The public verbs: solve at fixed parameters, trace a branch, switch to another one."""
+"""The public verbs: solve at fixed parameters, trace a branch."""
 
 from __future__ import annotations
 
@@ -9,11 +9,10 @@ from typing import Any
 
 import numpy as np
 
-from rodatlas.continuation.augmented import kernel_directions
-from rodatlas.continuation.collocation import Collocation, Scale, add, free_indices, scaled
-from rodatlas.continuation.frame import Frame, adapted, first_frame, with_tests
+from rodatlas.continuation.collocation import Collocation, Scale, free_indices, scaled
+from rodatlas.continuation.frame import Frame, first_frame
 from rodatlas.continuation.linear import Columns
-from rodatlas.continuation.newton import NewtonCode, fixed, is_singular_around, newton, plane
+from rodatlas.continuation.newton import NewtonCode, fixed, is_singular_around
 from rodatlas.continuation.options import TraceOptions
 from rodatlas.continuation.problem import BVP
 from rodatlas.continuation.results import Branch, Discrepancy, EndReason, Point, SpecialPoint
@@ -264,102 +263,6 @@ def _joined(
     )  # fmt: skip
 
 
-def switch(
-    bvp: BVP, at: SpecialPoint, free: Sequence[str], options: TraceOptions | None = None, *, side: int = 1,
-    scale: Scale | None = None, first_step: float | None = None,
-) -> Branch | None:  # fmt: skip
-    """Follow the other branch through a simple branch point, to one side of it.
-
-    Returns None when the branch point has no second direction or the step onto it fails; the branch starts at the
-    branch point itself, with arclength zero there.
-
-    Parameters
-    ----------
-    free : the free parameters; when they are not those of the branch on which the point was found, or the point
-        carries no directions, the other branch is the one along which the parameter changes least.
-    side : 1 or -1.
-    """
-    if not isinstance(at, SpecialPoint):
-        raise ValueError(f"at: expected a special point of a branch, got {at!r}")
-    if at.kind != "branch point":
-        raise ValueError(f"at: expected a branch point, got a {at.kind}")
-    if side not in (1, -1):
-        raise ValueError(f"side: expected 1 or -1, got {side!r}")
-    _check_names(bvp, "at", at.solution, in_order=True)
-    options = options or TraceOptions()
-    options.check_names(bvp, free)
-    scale = scale or at.scale or Scale.of(bvp, at.solution)
-    colloc = Collocation(
-        bvp, at.solution.mesh, at.solution.points, at.solution.parameters, free_indices(bvp, free), scale,
-        options.backend,
-    )  # fmt: skip
-    x0 = colloc.state(at.solution)
-    direction, bend = _other_direction(colloc, at, x0, tuple(free))
-    if direction is None:
-        return None
-    origin = Frame(colloc, x0, scaled(direction, float(side)), (0.0, 0.0), error=at.solution.error)
-    found = _step_off(origin, bend, options, first_step or options.step.initial)
-    if found is None:
-        return None
-    frame, step = adapted(found[0], options, correct=True)[0], found[1]
-    first = Point(at.solution, 0.0, origin.tangent.scalars.copy(), origin.fold_test, 0.0)
-    try:
-        branch = follow(frame, options, both=False, start=EndReason.BRANCH_POINT, arclength=step)
-    except BaseException as error:
-        if (part := getattr(error, "branch", None)) is not None:
-            error.branch = replace(part, points=(first, *part.points))  # type: ignore[attr-defined]
-        raise
-    if any(not low <= branch.points[0].solution[name] <= high for name, (low, high) in options.bounds.items()):
-        return replace(branch, points=(first,), special=(), ends=(EndReason.BRANCH_POINT, EndReason.RANGE))
-    return replace(branch, points=(first, *branch.points))
-
-
-def _other_direction(
-    colloc: Collocation, at: SpecialPoint, x0: Columns, free: tuple[str, ...]
-) -> tuple[Columns | None, Columns | None]:
-    """Unit tangent of the other branch in the units of `colloc`, and its second derivative where that is known."""
-    if len(at.directions) == 1:
-        return None, None
-    if len(at.directions) == 2 and at.free in (free, ()):
-        scale = at.scale or colloc.scale
-        d = _in_units(at.directions[1], scale, colloc)
-        size = colloc.norm(d)
-        bend = scaled(_in_units(at.bend, scale, colloc), size**-2) if at.bend else None
-        return scaled(d, 1.0 / size), bend
-    parameter = Columns(np.zeros_like(x0.stage), np.zeros_like(x0.mesh), np.eye(len(free))[0])
-    found = kernel_directions(colloc, x0, parameter)
-    return (found[1][1] if found else None), None
-
-
-def _in_units(v: Columns, scale: Scale, colloc: Collocation) -> Columns:
-    """A vector measured in the units of `scale`, in those of `colloc`."""
-    unknowns = scale.unknowns / colloc.scale.unknowns
-    parameters = (scale.parameters / colloc.scale.parameters)[colloc.free]
-    return Columns(v.stage * unknowns, v.mesh * unknowns, v.scalars * parameters)
-
-
-def _step_off(
-    origin: Frame, bend: Columns | None, options: TraceOptions, step: float, attempts: int = 6
-) -> tuple[Frame, float] | None:
-    """First frame on a branch whose tangent at `origin` is known, inside the bounds if possible, and its distance."""
-    colloc, last = origin.colloc, None
-    for _ in range(attempts):
-        guess = origin.predict(step)
-        if bend is not None:  # up to a share of the step: far out the parabola is no better than the tangent
-            weight = min(step * step / 2, 0.2 * step / max(colloc.norm(bend), 1e-12))
-            guess = add(guess, (weight, bend))
-        result = newton(colloc, guess, [plane(colloc, origin.tangent, guess)], options.newton)
-        near = result.converged and colloc.norm(add(result.state, (-1.0, guess))) < 0.5 * step
-        if near and result.factorization is not None:
-            frame = with_tests(replace(origin.reached(result.state, result.factorization, step), previous=None))
-            last = frame, step
-            solution = colloc.solution(frame.x)
-            if all(low <= solution[name] <= high for name, (low, high) in options.bounds.items()):
-                return last
-        step *= 0.5
-    return last
-
-
 def _start(bvp: BVP, guess: Solution, free: Sequence[str], options: TraceOptions, scale: Scale | None) -> Frame:
     """First frame on a mesh that meets the tolerance."""
     guess = _checked(bvp, guess)
@@ -401,7 +304,7 @@ def _checked(bvp: BVP, start: Solution) -> Solution:
     """The start with unknowns and parameters in the problem's order; all its numbers are finite."""
     if not isinstance(start, Solution):
         raise ValueError(f"start: expected a Solution, got {start!r}")
-    _check_names(bvp, "start", start)
+    check_belongs(bvp, "start", start)
     for names, values in ((start.unknowns, start.values), (start.unknowns, start.stages),
                           (start.parameter_names, start.parameters)):  # fmt: skip
         finite = np.isfinite(values.reshape(-1, len(names))).all(axis=0)
@@ -417,7 +320,7 @@ def _checked(bvp: BVP, start: Solution) -> Solution:
     )  # fmt: skip
 
 
-def _check_names(bvp: BVP, field: str, solution: Solution, in_order: bool = False) -> None:
+def check_belongs(bvp: BVP, field: str, solution: Solution, in_order: bool = False) -> None:
     """Raise ValueError when a solution belongs to another problem."""
     for kind, wanted, found in (("unknowns", bvp.unknowns, solution.unknowns),
                                 ("parameters", bvp.parameter_names, solution.parameter_names)):  # fmt: skip
@@ -438,10 +341,13 @@ def _flipped(p: Point) -> Point:
 
 def _flipped_special(x: SpecialPoint) -> SpecialPoint:
     sign = -1.0 if x.kind in ("fold", "branch point") else 1.0
-    along = tuple(scaled(d, -1.0) for d in x.directions[:1])
+    if x.multiplicity > 1:  # rays: forward and backward change places
+        directions, nearby = ((*v[:2][::-1], *v[2:]) for v in (x.directions, x.nearby))
+    else:
+        directions, nearby = (*(scaled(d, -1.0) for d in x.directions[:1]), *x.directions[1:]), x.nearby
     return replace(
         x, arclength=-x.arclength, bracket=(-x.bracket[1], -x.bracket[0]), tests=(sign * x.tests[1], sign * x.tests[0]),
-        index=(x.index[1], x.index[0]), directions=(*along, *x.directions[1:]),
+        index=(x.index[1], x.index[0]), directions=directions, nearby=nearby,
     )  # fmt: skip
 
 

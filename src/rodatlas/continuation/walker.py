@@ -8,8 +8,16 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from rodatlas.continuation.collocation import Scale, add
-from rodatlas.continuation.events import Located, Segment, locate_events, may_be_singular_twice, unresolved
+from rodatlas.continuation.events import (
+    Located,
+    Segment,
+    explains,
+    locate_events,
+    may_be_singular_twice,
+    unresolved,
+)
 from rodatlas.continuation.frame import Frame, adapted, with_tests
+from rodatlas.continuation.multiple_events import told_apart
 from rodatlas.continuation.newton import NewtonCode, fixed, newton, plane
 from rodatlas.continuation.options import TraceOptions
 from rodatlas.continuation.results import Discrepancy, EndReason, Point, SpecialPoint
@@ -62,6 +70,7 @@ class Walker:
         self._folds = 0
         self._count = 0
         self._early: set[str] = set()
+        self._multiple: SpecialPoint | None = None
 
     @property
     def scale(self) -> Scale:
@@ -91,21 +100,26 @@ class Walker:
     def _advance(self) -> Step | None:
         """Take a step that Newton, the tangent and the bookkeeping accept; None when there is none."""
         control = self.options.step
-        step = self._step
-        finest = 64 * control.minimum
+        step = tried = self._step
+        finest, first, close = 64 * control.minimum, 0.0, False
         while step >= control.minimum:
             trial = self._correct(step)
             if self.end is not None:
                 return None
             if trial is not None:
                 segment = Segment(self.frame, trial.frame, trial.length, self.last.arclength)
-                events = locate_events(segment, self.options)
+                events, known = locate_events(segment, self.options), False
                 self.newton_iterations += sum(e.iterations for e in events)
+                first = first or step  # the longest one that could be corrected
+                if close or step in (first, first / 8) or step <= finest:
+                    keep_off = step > max(finest, first / 10) and not trial.at_bound
+                    verdict = told_apart(segment, events, self.options, self._multiple, keep_off)
+                    events, known, close = verdict.events, verdict.known, verdict.close
                 point = self._point(trial.frame, self.last.arclength + trial.length, trial.iterations, trial.length)
-                discrepancy = self._unexplained(point, events)
-                doubtful = discrepancy or unresolved(segment, events, self.options, self._step)
+                discrepancy = self._unexplained(segment, point, events)
+                doubtful = close or discrepancy or unresolved(segment, events, self.options, tried, known)
                 if not doubtful or step <= finest:
-                    if doubtful and discrepancy is None and self._nearly_singular(segment, events):
+                    if doubtful and discrepancy is None and not known and self._nearly_singular(segment, events):
                         discrepancy = self._record(point, ())
                     self._step = control.next_step(step, trial.first_correction, trial.iterations)
                     return self._accept(segment, point, events, discrepancy, trial.at_bound)
@@ -182,16 +196,17 @@ class Walker:
 
     # -- bookkeeping ----------------------------------------------------------------------------------------------
 
-    def _unexplained(self, point: Point, events: list[Located]) -> Discrepancy | None:
-        """Each fold or branch point changes the index by one (none where the parameter turns at it): compare."""
+    def _unexplained(self, segment: Segment, point: Point, events: list[Located]) -> Discrepancy | None:
+        """Each fold or simple branch point changes the index by one (none where the parameter turns at it): compare.
+
+        A branch point of multiplicity d changes it by d at most.
+        """
         last = self.last
         if last.index is None or point.index is None:
             return None
-        kinds = tuple(e.special.kind for e in events if e.flips)
-        change = abs(point.index - last.index)
-        if change <= len(kinds) and (change - len(kinds)) % 2 == 0:
+        if explains(segment, events, point.index - last.index):
             return None
-        return self._record(point, kinds)
+        return self._record(point, tuple(e.special.kind for e in events if e.flips))
 
     def _nearly_singular(self, segment: Segment, events: list[Located]) -> bool:
         """Whether the shortest step still seems to pass an even number of branch points, and none was located."""
@@ -215,9 +230,12 @@ class Walker:
         elif self._count == 0:
             self._early = {e.special.kind for e in events if e.fraction < 1e-6}
         special = [replace(e.special, index=(self.last.index, point.index)) for e in events]
-        self.frame = segment.right
+        passed = any(item.kind == "branch point" for item in special)
+        before = abs(segment.right.weakness_before) * (-1.0 if passed else 1.0)
+        self.frame = replace(segment.right, weakness_before=before)
         for i, item in enumerate(special):
             self._folds += item.kind == "fold"
+            self._multiple = item if item.multiplicity > 1 else self._multiple
             if self.options.stop_at is not None and self.options.stop_at(item, point):
                 self.end = EndReason.BRANCH_POINT if item.kind == "branch point" else EndReason.STOPPED
             elif self.options.max_folds is not None and self._folds > self.options.max_folds:
