@@ -236,3 +236,19 @@ def test_a_locus_is_saved_and_read(tmp_path):
     frame = again.to_frame()
     assert len(frame) == len(locus) + len(locus.events)
     assert frame["event"].value_counts()["coalescence"] == 1
+
+
+def test_an_interrupted_locus_is_kept():
+    bvp = algebraic(lambda u, p: [u.x**2 + p.lam**2 + p.mu**2 - 1], parameters=PLANE)
+    fold = first_special(bvp, "fold", -2.0, 2.0, [0.8], lam=0.0, mu=0.6)
+    seen = []
+
+    def stop(point):
+        seen.append(point)
+        if len(seen) == 5:
+            raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt) as caught:
+        in_plane(bvp, fold, on_point=stop)
+    assert len(caught.value.locus) == 6
+    assert caught.value.locus.ends[1] is EndReason.INTERRUPTED

@@ -6,9 +6,10 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 from rodatlas.continuation.collocation import add, free_indices, scaled
-from rodatlas.continuation.locus_events import PITCHFORK, Stretch, crowded, locate, on_curve, watched
+from rodatlas.continuation.locus_events import PITCHFORK, crowded, locate, on_curve, watched
 from rodatlas.continuation.locus_frame import LocusFrame, Sought, adapted, correct, first_frame
 from rodatlas.continuation.locus_results import Locus, LocusEvent, LocusPoint
+from rodatlas.continuation.locus_stretch import Stretch
 from rodatlas.continuation.locus_system import norm_of, overlap
 from rodatlas.continuation.newton import NewtonCode
 from rodatlas.continuation.options import TraceOptions
@@ -38,6 +39,9 @@ def follow_locus(
         when the point is of another kind, or the names do not fit the problem.
     NotConverged
         when Newton does not converge from the start.
+    BaseException
+        what interrupted the run (Ctrl-C, an error in `on_point`), with the part computed so far in its attribute
+        `locus`, whose end there is `EndReason.INTERRUPTED`.
     """
     sought = Sought.of(start)
     names = list(dict.fromkeys(free))
@@ -53,21 +57,29 @@ def follow_locus(
         raise NotConverged(NewtonCode.SLOW, f"start of the locus at {start!r}")
     if sought.kind == "branch point":
         sought = replace(sought, pitchfork=_is_pitchfork(sought, frame, options))
-    forward = _Walk(sought, frame, options, tuple(names))
-    forward.run()
-    points, events, first = forward.points, forward.events, EndReason.START
-    if both and forward.end is EndReason.CLOSED:
-        first = EndReason.CLOSED
-    elif both:
-        backward = _Walk(sought, frame.reversed(), options, tuple(names))
-        backward.run()
+    forward, backward = _Walk(sought, frame, options, tuple(names)), None
+    try:
+        forward.run()
+        if both and forward.end is not EndReason.CLOSED:
+            backward = _Walk(sought, frame.reversed(), options, tuple(names))
+            backward.run()
+    except BaseException as error:
+        error.locus = _joined(forward, backward, EndReason.INTERRUPTED)  # type: ignore[attr-defined]
+        raise
+    return _joined(forward, backward, EndReason.CLOSED if both and backward is None else EndReason.START)
+
+
+def _joined(forward: _Walk, backward: _Walk | None, start: EndReason) -> Locus:
+    """The locus from its two halves; `start` is the first end's reason when there is one half only."""
+    points, events, first = forward.points, forward.events, start
+    if backward is not None:
         points = [_flipped(p) for p in reversed(backward.points[1:])] + points
         events = [_flipped_event(e) for e in reversed(backward.events)] + events
-        first = backward.end or EndReason.STOPPED
-    ends = (first, forward.end or EndReason.STOPPED)
+        first = backward.end or EndReason.INTERRUPTED
+    sought, bvp = forward.sought, forward.start.colloc.bvp
     return Locus(
-        start.kind, tuple(names), tuple(points), tuple(events), ends, frame.colloc.scale,
-        {"problem": bvp.name, **options.settings()}, sought.pitchfork,
+        sought.kind, forward.names, tuple(points), tuple(events), (first, forward.end or EndReason.INTERRUPTED),
+        forward.start.colloc.scale, {"problem": bvp.name, **forward.options.settings()}, sought.pitchfork,
     )  # fmt: skip
 
 

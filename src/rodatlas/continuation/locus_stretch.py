@@ -1,0 +1,116 @@
+"""One step of a locus, and points on it: corrected at a fraction of the step, or where a function vanishes."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from rodatlas.continuation.collocation import add, scaled
+from rodatlas.continuation.linear import Columns
+from rodatlas.continuation.locus_frame import LocusFrame, Sought, correct
+from rodatlas.continuation.options import TraceOptions
+
+LOCATED = 1e-8  # arclength to which a special point is known
+Test = Callable[[LocusFrame], float]
+
+
+@dataclass(frozen=True)
+class Stretch:
+    """One step of a locus: frames at both ends, on one discretization, `step` apart; `start` is the arclength."""
+
+    sought: Sought
+    left: LocusFrame
+    right: LocusFrame
+    step: float
+    start: float
+    options: TraceOptions
+
+    def corrected(self, fraction: float, near: tuple[float, LocusFrame] | None = None) -> LocusFrame | None:
+        """The point of the locus at a fraction of the step, from cubic Hermite interpolation.
+
+        With a corrected point `near`by, its deviation from the interpolation improves the guess.
+        """
+        if fraction in (0.0, 1.0):
+            return self.right if fraction else self.left
+        guess, normal = self._interpolated(fraction)
+        if near is not None:
+            guess = add(guess, (1.0, near[1].x), (-1.0, self._interpolated(near[0])[0]))
+        found = correct(self.sought, self.right, guess, normal, self.options, exact=True)
+        if found is None or self.right.colloc.norm(add(found[0].x, (-1.0, guess))) > 0.1 * self.step:
+            return None
+        return replace(found[0], behind=(self.left.x, self.left.tangent))
+
+    def _interpolated(self, t: float) -> tuple[Columns, Columns]:
+        """Place and direction at a fraction t."""
+        h = self.step
+        a, b = 1 - 3 * t**2 + 2 * t**3, 3 * t**2 - 2 * t**3
+        c, d = h * (t - 2 * t**2 + t**3), h * (t**3 - t**2)
+        one, two = self.left, self.right
+        guess = add(scaled(one.x, a), (b, two.x), (c, one.tangent), (d, two.tangent))
+        normal = add(scaled(one.tangent, 1 - t), (t, two.tangent))
+        return guess, scaled(normal, 1.0 / two.colloc.norm(normal))
+
+    def root(self, test: Test, within: float = LOCATED) -> tuple[LocusFrame, float] | None:
+        """Frame and fraction at which a function of frames vanishes: the secant method, kept inside the bracket.
+
+        It ends when the next correction would be smaller than `within`, in arclength.
+        """
+        a, b = (0.0, self.left, test(self.left)), (1.0, self.right, test(self.right))
+        if a[2] * b[2] >= 0:
+            return next(((p[1], p[0]) for p in (a, b) if p[2] == 0.0), None)
+        known = [a, b]
+        fraction = a[2] / (a[2] - b[2])
+        for _ in range(60):
+            frame = self.corrected(fraction, min(known, key=lambda p: abs(p[0] - fraction))[:2])
+            if frame is None:
+                return None
+            here = (fraction, frame, test(frame))
+            known.append(here)
+            a, b = (here, b) if here[2] * a[2] > 0 else (a, here)
+            slope = (here[2] - known[-2][2]) / (fraction - known[-2][0])
+            ahead = fraction - here[2] / slope if slope else np.inf
+            if not a[0] < ahead < b[0]:
+                ahead = (a[0] + b[0]) / 2
+            if abs(ahead - fraction) * self.step < within or here[2] == 0.0:
+                return frame, fraction
+            fraction = float(ahead)
+        return None
+
+    def singular_root(self, test: Test) -> tuple[LocusFrame, float] | None:
+        """The same where the equations of the locus are singular, so that Newton fails close to the root.
+
+        Points on both sides close in on it; then interpolation between them, whose error is of fourth order in their
+        distance, gives it. Values that drop to nothing are those of another curve, on which Newton has fallen.
+        """
+        known = [(0.0, self.left, test(self.left)), (1.0, self.right, test(self.right))]
+        low, high = known
+        while (high[0] - low[0]) * self.step > 0.002:
+            a, b = low[0], high[0]
+            width = 0.1 * (b - a)
+            middle = float(np.clip(a - low[2] * (b - a) / (high[2] - low[2]), a + 1.5 * width, b - 1.5 * width))
+            frames = [(place, self.corrected(place)) for place in (middle - width, middle + width)]
+            found = [(place, f, test(f)) for place, f in frames if f is not None]
+            if len(found) < 2 or min(abs(v) for _, _, v in found) < 0.005 * max(abs(low[2]), abs(high[2])):
+                break
+            known = sorted([*known, *found], key=lambda p: p[0])
+            at = next(i for i in range(len(known) - 1) if known[i][0] >= a and known[i][2] * known[i + 1][2] < 0)
+            low, high = known[at], known[at + 1]
+        if (high[0] - low[0]) * self.step > 0.03:
+            return None
+        at = known.index(low)
+        fraction = _root_of_polynomial([(p, v) for p, _, v in known[max(at - 1, 0) : at + 3]], low[0], high[0])
+        distance = self.right.colloc.norm(add(high[1].x, (-1.0, low[1].x)))
+        between = replace(self, left=low[1], right=high[1], step=distance)
+        x, tangent = between._interpolated((fraction - low[0]) / (high[0] - low[0]))
+        return replace(low[1], x=x, tangent=tangent), fraction
+
+
+def _root_of_polynomial(points: list[tuple[float, float]], a: float, b: float) -> float:
+    """Root between a and b of the polynomial through some points, whose values at a and b differ in sign."""
+    from scipy.interpolate import BarycentricInterpolator
+    from scipy.optimize import brentq
+
+    polynomial = BarycentricInterpolator(*np.array(points).T)
+    return float(brentq(lambda t: float(polynomial(t)), a, b, xtol=1e-14))
