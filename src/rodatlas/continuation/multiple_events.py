@@ -52,32 +52,56 @@ def told_apart(
     Parameters
     ----------
     events : what the test functions reported, see :func:`rodatlas.continuation.events.locate_events`.
-    last : the last multiple branch point of the branch, which is not reported again.
+    last : the last branch point of the branch, which is not reported again.
     keep_off : whether the segment can still be made to end somewhere else.
     """
-    if "branch point" not in options.locate or not _is_suspicious(segment, events):
+    if "branch point" not in options.locate or not _is_suspicious(segment, events, last):
         return Verdict(events)
     search = search_places(segment, options, keep_off)
     if not search.places:
         known = search.complete and not any(e.special.kind == "branch point" for e in events)
         return Verdict(events, known, search.close and keep_off)
-    slack = max(SAME, 10 * options.mesh.tolerance)
-    old = [p for p in search.places if last is not None and p.point and abs(p.arclength - last.arclength) < slack]
+    old = [p for p in search.places if last and _is_same(last, p.arclength, options)]
     places = [p for p in search.places if p not in old]
     several = [p for p in places if p.point]
     simple = _simple(segment, events, [p for p in places if not p.point], options)
+    if simple is not None and not (old or several):
+        simple = _counted(segment, simple)
     if simple is None:
         return Verdict(events)
-    if not (old or several) and len(simple) % 2 != changes(segment.left.branch_test[0], segment.right.branch_test[0]):
-        return Verdict(events)  # a mode that touches zero is no branch point
     others = [e for e in events if e.special.kind != "branch point" and not _belongs(e, [*old, *several], segment)]
     found = [_event(segment, p.point) for p in several if p.point]
     return Verdict(sorted(_turned(segment, found, [*others, *simple]), key=lambda e: e.fraction), True)
 
 
-def _is_suspicious(segment: Segment, events: list[Located]) -> bool:
-    """Whether there may be several branch points on a segment, or a multiple one."""
+def _is_same(last: SpecialPoint, arclength: float, options: TraceOptions) -> bool:
+    """Whether a singular place is the last branch point, which lies where two segments meet."""
+    slack = SAME if last.multiplicity == 1 else max(SAME, 10 * options.mesh.tolerance)
+    return abs(arclength - last.arclength) < slack
+
+
+def _is_at_end(segment: Segment, event: Located) -> bool:
+    off = event.special.arclength - segment.start
+    return min(abs(off), abs(off - segment.step)) < SAME
+
+
+def _counted(segment: Segment, simple: list[Located]) -> list[Located] | None:
+    """Simple branch points as many as the determinant says; None when they do not add up.
+
+    One right at an end may belong to the next segment; a mode that touches zero is no branch point.
+    """
+    odd = changes(segment.left.branch_test[0], segment.right.branch_test[0])
+    for counted in (simple, [e for e in simple if not _is_at_end(segment, e)]):
+        if len(counted) % 2 == odd:
+            return counted
+    return None
+
+
+def _is_suspicious(segment: Segment, events: list[Located], last: SpecialPoint | None) -> bool:
+    """Whether there may be several branch points on a segment, or a multiple one, or one that belongs to another."""
     points = [e for e in events if e.special.kind == "branch point"]
+    if any(_is_at_end(segment, e) or (last and abs(e.special.arclength - last.arclength) < SAME) for e in points):
+        return True
     if not points:
         return may_be_singular_twice(segment)
     if any(e.gap or e.special.status is Status.BRACKETED or e.found is None for e in points):

@@ -271,7 +271,7 @@ def _confirmed(kernel: Kernel, model: _Model, u: np.ndarray, ratio: float) -> tu
     The ray is followed over spheres of the radius, its half and its quarter. Where the equations are so nearly linear
     that round-off hides it there, larger spheres are tried.
     """
-    for factor in (1.0, 2.0, 4.0):
+    for factor in (1.0, 2.0, 4.0, 8.0):
         units, states, models = [], [], [u]
         for size in (factor, factor / 2, factor / 4):
             v, good = _projected(model, ratio * size, models[-1][None])

@@ -116,6 +116,8 @@ class SpecialPoint:
         they form families, of which `directions` holds one each.
     nearby : scaled states, one on each ray of a multiple branch point, which tell apart rays with one tangent.
     unverified : candidates of rays of a multiple branch point that could not be confirmed; 0 when all are known.
+    isotropy, breaks : names of the problem's symmetries that the solution has, and those of them that a branch through
+        the point loses.
     """
 
     kind: str
@@ -137,6 +139,8 @@ class SpecialPoint:
     continuum: bool = False
     nearby: tuple[Columns, ...] = field(default=(), repr=False)
     unverified: int = 0
+    isotropy: tuple[str, ...] = ()
+    breaks: tuple[str, ...] = ()
 
     @property
     def rays(self) -> tuple[Columns, ...]:

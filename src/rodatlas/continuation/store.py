@@ -241,6 +241,8 @@ def _write_special(group: h5py.Group, special: Sequence[SpecialPoint]) -> None:
     for key in _MULTIPLE_NUMBERS:
         put_array(group, key, np.array([getattr(x, key) for x in special], np.int64))
     _write_vectors(group.create_group("nearby"), [x.nearby for x in special])
+    for key in ("isotropy", "breaks"):
+        put_names(group, key, [json.dumps(getattr(x, key)) for x in special])
     scale = next((x.scale for x in special if x.scale is not None), None)
     put_names(group["directions"], "free", next((x.free for x in special if x.free), ()))
     if scale is not None:
@@ -297,14 +299,15 @@ def _read_forms(
 
 
 def _read_multiple(group: h5py.Group, solutions: Sequence[Solution], k: int) -> list[dict[str, Any]]:
-    """What only multiple branch points have, and files of older versions lack."""
+    """Multiplicity and symmetry, which files of older versions lack."""
     if "multiplicity" not in group:
         return [{} for _ in solutions]
     size, family, missing = (get_array(group, key, (len(solutions),)).tolist() for key in _MULTIPLE_NUMBERS)
     nearby = _read_vectors(group["nearby"], solutions, k)
+    own, lost = ([tuple(json.loads(text)) for text in get_names(group, key)] for key in ("isotropy", "breaks"))
     return [
-        {"multiplicity": d, "continuum": bool(c), "unverified": u, "nearby": near}
-        for d, c, u, near in zip(size, family, missing, nearby, strict=True)
+        {"multiplicity": d, "continuum": bool(c), "unverified": u, "nearby": near, "isotropy": i, "breaks": b}
+        for d, c, u, near, i, b in zip(size, family, missing, nearby, own, lost, strict=True)
     ]
 
 

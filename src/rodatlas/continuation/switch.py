@@ -150,9 +150,7 @@ def _along_ray(
     return d, scaled(add(away, (-step, d)), 2.0 / step**2), step
 
 
-def _followed(
-    at: SpecialPoint, start: _Departure, options: TraceOptions, first_step: float | None
-) -> Branch | None:
+def _followed(at: SpecialPoint, start: _Departure, options: TraceOptions, first_step: float | None) -> Branch | None:
     """The branch that leaves a branch point, which is its first point; None when the first step fails."""
     origin = start.origin
     found = _step_off(origin, start.bend, options, first_step or start.step)

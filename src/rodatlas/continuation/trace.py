@@ -253,7 +253,8 @@ def _joined(
     if backward is not None:
         more, also, doubts = _collect(backward.steps)
         points = [_flipped(p) for p in reversed(more)] + points
-        special = [_flipped_special(x) for x in reversed(also)] + special
+        also = [_flipped_special(x) for x in reversed(also)]
+        special = also + special[_is_at_start(also, special) :]
         discrepancies = [_flipped_discrepancy(d) for d in reversed(doubts)] + discrepancies
         first, failure = backward.end, backward.failure
         spent += backward.walker.newton_iterations
@@ -332,6 +333,13 @@ def _collect(steps: list[Step]) -> tuple[list[Point], list[SpecialPoint], list[D
     return (
         [s.point for s in steps], [x for s in steps for x in s.special], [s.discrepancy for s in steps if s.discrepancy]
     )  # fmt: skip
+
+
+def _is_at_start(before: list[SpecialPoint], after: list[SpecialPoint]) -> bool:
+    """Whether both halves of a branch report one multiple branch point, right at the start."""
+    if not (before and after and before[-1].multiplicity == after[0].multiplicity > 1):
+        return False
+    return after[0].arclength - before[-1].arclength < 1e-6
 
 
 def _flipped(p: Point) -> Point:

@@ -70,7 +70,7 @@ class Walker:
         self._folds = 0
         self._count = 0
         self._early: set[str] = set()
-        self._multiple: SpecialPoint | None = None
+        self._passed: SpecialPoint | None = None
 
     @property
     def scale(self) -> Scale:
@@ -113,7 +113,7 @@ class Walker:
                 first = first or step  # the longest one that could be corrected
                 if close or step in (first, first / 8) or step <= finest:
                     keep_off = step > max(finest, first / 10) and not trial.at_bound
-                    verdict = told_apart(segment, events, self.options, self._multiple, keep_off)
+                    verdict = told_apart(segment, events, self.options, self._passed, keep_off)
                     events, known, close = verdict.events, verdict.known, verdict.close
                 point = self._point(trial.frame, self.last.arclength + trial.length, trial.iterations, trial.length)
                 discrepancy = self._unexplained(segment, point, events)
@@ -235,7 +235,7 @@ class Walker:
         self.frame = replace(segment.right, weakness_before=before)
         for i, item in enumerate(special):
             self._folds += item.kind == "fold"
-            self._multiple = item if item.multiplicity > 1 else self._multiple
+            self._passed = item if item.kind == "branch point" else self._passed
             if self.options.stop_at is not None and self.options.stop_at(item, point):
                 self.end = EndReason.BRANCH_POINT if item.kind == "branch point" else EndReason.STOPPED
             elif self.options.max_folds is not None and self._folds > self.options.max_folds:
