@@ -9,7 +9,7 @@ import numpy as np
 
 from rodatlas.continuation.augmented import Augmented, branch_directions, solve_branch_point, solve_fold
 from rodatlas.continuation.collocation import Collocation, add, scaled
-from rodatlas.continuation.frame import Frame
+from rodatlas.continuation.frame import Frame, smallest_singular
 from rodatlas.continuation.linear import Columns
 from rodatlas.continuation.newton import fixed, newton, plane
 from rodatlas.continuation.normal_form import branch_point_form
@@ -32,6 +32,7 @@ class Located:
     gap : the branch point exists only for a perturbed problem: here two curves pass each other at a small distance,
         and the step jumped from one to the other.
     found : a converged branch point on the mesh of the segment.
+    is_round_off : the determinant changes sign where no singular value vanishes.
     """
 
     special: SpecialPoint
@@ -39,6 +40,7 @@ class Located:
     iterations: int
     gap: bool = False
     found: Augmented | None = None
+    is_round_off: bool = False
 
     @property
     def is_zero(self) -> bool:
@@ -253,7 +255,18 @@ def _locate_branch_point(segment: Segment, options: TraceOptions) -> Located:
 
     guess = float(np.clip(a / (a - b), 0.05, 0.95)) if np.isfinite(a - b) and a != b else 0.5
     found, tangent, bracket, spent = _attempts(segment, options, attempt, lambda frame: frame.branch_test[0], guess)
-    return _record(segment, options, "branch point", found, tangent, (a, b), bracket, spent)
+    event = _record(segment, options, "branch point", found, tangent, (a, b), bracket, spent)
+    if event.special.status is Status.CONVERGED or event.gap:
+        return event
+    return replace(event, is_round_off=_is_regular(segment, found.state, tangent))
+
+
+def _is_regular(segment: Segment, x: Columns, tangent: Columns) -> bool:
+    """Whether the smallest singular value at the end of a bisection is about that at the ends of the segment."""
+    colloc = segment.colloc
+    fac = colloc.factor(colloc.linearize(x), [colloc.row(tangent)])
+    weakness = smallest_singular(colloc, fac, None)[1]
+    return weakness > 0.1 * min(abs(segment.left.weakness), abs(segment.right.weakness))
 
 
 def branch_point_from(segment: Segment, fraction: float, x: Columns, options: TraceOptions) -> Located | None:

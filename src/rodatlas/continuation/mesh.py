@@ -99,7 +99,8 @@ class ErrorEstimate:
 
     @property
     def is_round_off(self) -> bool:
-        return self.round_off > 0.2 * self.error
+        """Whether round-off dominates; of a large error the second correction is what is left of nonlinearity."""
+        return self.error < 1e-5 and self.round_off > 0.2 * self.error
 
 
 def error_estimate(colloc: Collocation, x: Columns, tangent: Columns | None = None) -> ErrorEstimate:

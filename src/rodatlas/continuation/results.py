@@ -12,6 +12,7 @@ import numpy as np
 
 from rodatlas.continuation.labels import LABELS
 from rodatlas.continuation.solution import Solution
+from rodatlas.continuation.verification import Discrepancy, Verification
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -59,6 +60,7 @@ class Point:
         (oriented along increasing arclength).
     index : int or None, what the caller's `index` function returned.
     iterations, step : Newton iterations spent and arclength step taken to reach the point.
+    weakness : smallest singular value of the bordered matrix, scaled: the distance to a branch point, in a sense.
     """
 
     solution: Solution
@@ -69,6 +71,7 @@ class Point:
     index: int | None = None
     iterations: int = 0
     step: float = 0.0
+    weakness: float = float("nan")
 
 
 @dataclass(frozen=True)
@@ -183,28 +186,6 @@ class SpecialPoint:
         return f"SpecialPoint({kind}, {self.status.value}, {self.solution!r})"
 
 
-@dataclass(frozen=True)
-class Discrepancy:
-    """An interval of a branch where the index and the located events do not add up."""
-
-    bracket: tuple[float, float]
-    index: tuple[int | None, int | None]
-    events: tuple[str, ...]
-    parameter: tuple[float, float]
-
-    def __str__(self) -> str:
-        found = ", ".join(self.events) or "no event"
-        if self.index[0] == self.index[1] and not self.events:
-            return (
-                f"between parameter values {self.parameter[0]:.8g} and {self.parameter[1]:.8g} the problem is nearly "
-                "singular without a change of sign: a branch point with a kernel of even dimension, or two very close"
-            )
-        return (
-            f"index changes from {self.index[0]} to {self.index[1]} between parameter values {self.parameter[0]:.8g} "
-            f"and {self.parameter[1]:.8g}, where {found} was located"
-        )
-
-
 @dataclass(frozen=True, eq=False)
 class Branch:
     """A curve of solutions in order of arclength.
@@ -215,6 +196,7 @@ class Branch:
     points : tuple of Point; special : tuple of SpecialPoint; both sorted by arclength.
     ends : reasons at the two ends; closed : whether the curve returned to its start.
     discrepancies : intervals that the bookkeeping could not explain.
+    verification : what was checked; None for a branch from a file of an older version.
     newton_iterations : total spent, location of special points included.
     failures : why Newton last failed at an end whose reason is MIN_STEP, else None.
     settings : the options of the run, as plain values.
@@ -228,6 +210,7 @@ class Branch:
     newton_iterations: int = 0
     failures: tuple[NewtonCode | None, NewtonCode | None] = (None, None)
     settings: Mapping[str, Any] = field(default_factory=dict)
+    verification: Verification | None = None
 
     def save(self, path: str | os.PathLike[str]) -> None:
         """Write to an HDF5 file, which replaces an older one only when complete."""
@@ -263,7 +246,7 @@ class Branch:
 
     def column(self, name: str) -> np.ndarray:
         """A parameter, observable or 'arclength', 'index' at all points."""
-        if name in ("arclength", "index", "fold_test", "branch_test"):
+        if name in ("arclength", "index", "fold_test", "branch_test", "weakness"):
             return np.array([getattr(p, name) for p in self.points], dtype=float)
         return np.array([p.solution[name] for p in self.points])
 

@@ -20,6 +20,7 @@ import os
 import uuid
 from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager
+from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -36,6 +37,7 @@ from rodatlas.continuation.results import (
     Point,
     SpecialPoint,
     Status,
+    Verification,
 )
 from rodatlas.continuation.solution import Solution
 
@@ -182,6 +184,7 @@ def write_branch(group: h5py.Group, branch: Branch) -> None:
     put_names(group, "ends", [reason.name for reason in branch.ends])
     put_names(group, "failures", [code.name if code else "" for code in branch.failures])
     group.attrs["newton_iterations"] = branch.newton_iterations
+    group.attrs["verification"] = json.dumps(asdict(branch.verification) if branch.verification else None)
     group.attrs["settings"] = json.dumps(dict(branch.settings))
     _write_points(group.create_group("points"), branch.points)
     _write_special(group.create_group("special"), branch.special)
@@ -196,6 +199,7 @@ def read_branch(group: h5py.Group) -> Branch:
         get_names(group, "free"), _read_points(group["points"]), _read_special(group["special"]),
         (EndReason[ends[0]], EndReason[ends[1]]), _read_discrepancies(group["discrepancies"]),
         int(group.attrs["newton_iterations"]), (failures[0], failures[1]), json.loads(group.attrs["settings"]),
+        _verification(json.loads(group.attrs.get("verification", "null"))),
     )  # fmt: skip
 
 
@@ -204,7 +208,7 @@ _POINT_NUMBERS = ("arclength", "fold_test", "branch_test", "step")
 
 def _write_points(group: h5py.Group, points: Sequence[Point]) -> None:
     write_solutions(group.create_group("solutions"), [p.solution for p in points])
-    for key in _POINT_NUMBERS:
+    for key in (*_POINT_NUMBERS, "weakness"):
         put_array(group, key, np.array([getattr(p, key) for p in points], float))
     put_array(group, "tangent", np.array([p.tangent for p in points], float))
     put_array(group, "index", _indices([p.index for p in points]))
@@ -215,9 +219,11 @@ def _read_points(group: h5py.Group) -> tuple[Point, ...]:
     solutions = read_solutions(group["solutions"])
     count = (len(solutions),)
     arclength, fold, branch, step = (get_array(group, key, count).tolist() for key in _POINT_NUMBERS)
+    unknown = [float("nan")] * len(solutions)  # in files of older versions
+    weakness = get_array(group, "weakness", count).tolist() if "weakness" in group else unknown
     tangent = get_array(group, "tangent", (len(solutions), None))
     index, iterations = _optional(get_array(group, "index", count)), get_array(group, "iterations", count).tolist()
-    return tuple(map(Point, solutions, arclength, tangent, fold, branch, index, iterations, step))
+    return tuple(map(Point, solutions, arclength, tangent, fold, branch, index, iterations, step, weakness))
 
 
 _MULTIPLE_NUMBERS = ("multiplicity", "continuum", "unverified")
@@ -326,18 +332,27 @@ def _read_vectors(group: h5py.Group, solutions: Sequence[Solution], k: int) -> l
     return found
 
 
+def _verification(record: dict[str, Any] | None) -> Verification | None:
+    if record is None:
+        return None
+    return Verification(**(record | {"untrusted": tuple(tuple(pair) for pair in record["untrusted"])}))
+
+
 def _write_discrepancies(group: h5py.Group, found: Sequence[Discrepancy]) -> None:
-    for key, kind in (("bracket", float), ("index", np.int64), ("parameter", float)):
-        put_array(group, key, np.array([getattr(x, key) for x in found], kind).reshape(-1, 2))
+    for key in ("bracket", "parameter"):
+        put_array(group, key, np.array([getattr(x, key) for x in found], float).reshape(-1, 2))
+    put_array(group, "index", _indices([i for x in found for i in x.index]).reshape(-1, 2))
     put_names(group, "events", [json.dumps(x.events) for x in found])
+    put_names(group, "reason", [x.reason for x in found])
 
 
 def _read_discrepancies(group: h5py.Group) -> tuple[Discrepancy, ...]:
     events, pairs = get_names(group, "events"), ("bracket", "index", "parameter")
     bracket, index, parameter = (get_array(group, key, (len(events), 2)).tolist() for key in pairs)
+    reason = get_names(group, "reason") if "reason" in group.attrs else ("",) * len(events)
     return tuple(
-        Discrepancy(tuple(b), tuple(i), tuple(json.loads(e)), tuple(p))
-        for b, i, e, p in zip(bracket, index, events, parameter, strict=True)
+        Discrepancy(tuple(b), (i[0], i[1]), tuple(json.loads(e)), tuple(p), r)
+        for b, i, e, p, r in zip(bracket, map(_optional, np.array(index)), events, parameter, reason, strict=True)
     )
 
 

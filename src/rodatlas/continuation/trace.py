@@ -2,22 +2,22 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
-from numbers import Integral
 from typing import Any
 
 import numpy as np
 
-from rodatlas.continuation.collocation import Collocation, Scale, free_indices, scaled
+from rodatlas.continuation.collocation import Collocation, Scale, free_indices
 from rodatlas.continuation.frame import Frame, first_frame
-from rodatlas.continuation.linear import Columns
+from rodatlas.continuation.halves import Guard, Half, is_finite, joined
 from rodatlas.continuation.newton import NewtonCode, fixed, is_singular_around
 from rodatlas.continuation.options import TraceOptions
 from rodatlas.continuation.problem import BVP
-from rodatlas.continuation.results import Branch, Discrepancy, EndReason, Point, SpecialPoint
+from rodatlas.continuation.recheck import rechecked
+from rodatlas.continuation.results import Branch, EndReason
 from rodatlas.continuation.solution import Solution
-from rodatlas.continuation.walker import Step, Walker, settled
+from rodatlas.continuation.walker import Walker, settled
 
 
 class NotConverged(RuntimeError):
@@ -146,122 +146,20 @@ def follow(
     BaseException
         what interrupted the run, with the part computed so far in its attribute `branch`, see :func:`trace`.
     """
-    guard = _Guard()
+    guard = Guard()
     watched = guard.options(options)
-    forward, backward = _Half(Walker(frame, watched, arclength)), None
+    forward, backward = Half(Walker(frame, watched, arclength)), None
     try:
         forward.walk(guard, options)
         if both and forward.end is not EndReason.CLOSED:
-            backward = _Half(Walker(frame.reversed(), watched, -arclength))
+            backward = Half(Walker(frame.reversed(), watched, -arclength))
             backward.walk(guard, options)
     except BaseException as error:
-        error.branch = _joined(frame, options, forward, backward, EndReason.INTERRUPTED if both else start)  # type: ignore[attr-defined]
+        error.branch = joined(frame, options, forward, backward, EndReason.INTERRUPTED if both else start)  # type: ignore[attr-defined]
         raise
     if both and backward is None:
         start = EndReason.CLOSED
-    return _joined(frame, options, forward, backward, start)
-
-
-class _Guard:
-    """Keeps the first exception of a user's functions, so that the step in which it comes is finished and kept."""
-
-    def __init__(self) -> None:
-        self.error: BaseException | None = None
-
-    def options(self, options: TraceOptions) -> TraceOptions:
-        """The same with guarded functions; `on_point` is left to whoever collects the points."""
-        index = self._guarded(_integer(options.index), None)
-        stop_at = self._guarded(options.stop_at, True)
-        return replace(options, index=index, stop_at=stop_at, on_point=None)
-
-    def _guarded(self, function: Callable[..., Any] | None, otherwise: Any) -> Callable[..., Any] | None:
-        if function is None:
-            return None
-
-        def guarded(*arguments: Any) -> Any:
-            if self.error is None:
-                try:
-                    return function(*arguments)
-                except BaseException as error:
-                    self.error = error
-            return otherwise
-
-        return guarded
-
-    def check(self) -> None:
-        """Raise what was kept."""
-        if self.error is not None:
-            raise self.error
-
-
-def _integer(index: Callable[[Solution], Any] | None) -> Callable[[Solution], int | None] | None:
-    """The caller's index function, its result checked."""
-    if index is None:
-        return None
-
-    def checked(solution: Solution) -> int | None:
-        value = index(solution)
-        if value is not None and not isinstance(value, Integral):
-            raise ValueError(f"index: expected an integer or None, got {value!r}")
-        return None if value is None else int(value)
-
-    return checked
-
-
-class _Half:
-    """The steps of one walker, and why they end."""
-
-    def __init__(self, walker: Walker):
-        self.walker, self.steps = walker, list[Step]()
-        self.end = EndReason.INTERRUPTED
-
-    def walk(self, guard: _Guard, options: TraceOptions) -> None:
-        """Take all steps; whatever happens, those that were finished stay."""
-        guard.check()
-        for step in self.walker:
-            self.steps.append(step)
-            guard.check()
-            if options.on_point is not None:
-                options.on_point(step.point)
-        guard.check()
-        self.end = self.walker.end or EndReason.STOPPED
-        while self.failure is NewtonCode.NOT_FINITE and self.steps and not self._last_is_finite():
-            self.steps.pop()  # its last correction left the domain of the right-hand side
-
-    def _last_is_finite(self) -> bool:
-        solution, colloc = self.steps[-1].point.solution, self.walker.frame.colloc
-        there = Collocation(
-            colloc.bvp, solution.mesh, solution.points, solution.parameters, list(colloc.free), colloc.scale
-        )  # fmt: skip
-        return _is_finite(there, there.state(solution))
-
-    @property
-    def failure(self) -> NewtonCode | None:
-        """Why Newton failed last, where that is the end."""
-        return self.walker.failure if self.end is EndReason.MIN_STEP else None
-
-
-def _joined(
-    frame: Frame, options: TraceOptions, forward: _Half, backward: _Half | None, start: EndReason
-) -> Branch:
-    """The branch from its two halves; `start` is the first end's reason when there is one half only."""
-    bvp = frame.colloc.bvp
-    names = tuple(bvp.parameter_names[i] for i in frame.colloc.free)
-    points, special, discrepancies = _collect(forward.steps)
-    points = [forward.walker.first_point(), *points]
-    first, failure, spent = start, None, forward.walker.newton_iterations
-    if backward is not None:
-        more, also, doubts = _collect(backward.steps)
-        points = [_flipped(p) for p in reversed(more)] + points
-        also = [_flipped_special(x) for x in reversed(also)]
-        special = also + special[_is_at_start(also, special) :]
-        discrepancies = [_flipped_discrepancy(d) for d in reversed(doubts)] + discrepancies
-        first, failure = backward.end, backward.failure
-        spent += backward.walker.newton_iterations
-    return Branch(
-        names, tuple(points), tuple(special), (first, forward.end), tuple(discrepancies), spent,
-        (failure, forward.failure), {"problem": bvp.name, **options.settings()},
-    )  # fmt: skip
+    return rechecked(joined(frame, options, forward, backward, start), frame, options)
 
 
 def _start(bvp: BVP, guess: Solution, free: Sequence[str], options: TraceOptions, scale: Scale | None) -> Frame:
@@ -281,7 +179,7 @@ def _start(bvp: BVP, guess: Solution, free: Sequence[str], options: TraceOptions
         raise NotConverged(NewtonCode.SINGULAR, where)
     if frame.branch_test[0] != 0.0:  # the mesh of a branch point stays, for there is no regular system to move it
         frame = settled(frame, options)
-    if not _is_finite(frame.colloc, frame.x):
+    if not is_finite(frame.colloc, frame.x):
         raise NotConverged(NewtonCode.NOT_FINITE, where)
     return frame
 
@@ -293,12 +191,6 @@ def _is_undetermined(bvp: BVP, guess: Solution, free: list[int], options: TraceO
     )  # fmt: skip
     x, name = colloc.state(guess), bvp.parameter_names[free[0]]
     return is_singular_around(colloc, x, fixed(name, guess.parameter(name))(colloc)(x)[1])
-
-
-def _is_finite(colloc: Collocation, x: Columns) -> bool:
-    """Whether the equations can be evaluated at x."""
-    with np.errstate(all="ignore"):
-        return colloc.linearize(x).is_finite
 
 
 def _checked(bvp: BVP, start: Solution) -> Solution:
@@ -327,37 +219,3 @@ def check_belongs(bvp: BVP, field: str, solution: Solution, in_order: bool = Fal
                                 ("parameters", bvp.parameter_names, solution.parameter_names)):  # fmt: skip
         if sorted(wanted) != sorted(found) or (in_order and wanted != found):
             raise ValueError(f"{field}: expected the {kind} {', '.join(wanted)}, got {', '.join(found)}")
-
-
-def _collect(steps: list[Step]) -> tuple[list[Point], list[SpecialPoint], list[Discrepancy]]:
-    return (
-        [s.point for s in steps], [x for s in steps for x in s.special], [s.discrepancy for s in steps if s.discrepancy]
-    )  # fmt: skip
-
-
-def _is_at_start(before: list[SpecialPoint], after: list[SpecialPoint]) -> bool:
-    """Whether both halves of a branch report one multiple branch point, right at the start."""
-    if not (before and after and before[-1].multiplicity == after[0].multiplicity > 1):
-        return False
-    return after[0].arclength - before[-1].arclength < 1e-6
-
-
-def _flipped(p: Point) -> Point:
-    """A point of the backward half, seen along the forward direction."""
-    return replace(p, arclength=-p.arclength, tangent=-p.tangent, fold_test=-p.fold_test, branch_test=-p.branch_test)
-
-
-def _flipped_special(x: SpecialPoint) -> SpecialPoint:
-    sign = -1.0 if x.kind in ("fold", "branch point") else 1.0
-    if x.multiplicity > 1:  # rays: forward and backward change places
-        directions, nearby = ((*v[:2][::-1], *v[2:]) for v in (x.directions, x.nearby))
-    else:
-        directions, nearby = (*(scaled(d, -1.0) for d in x.directions[:1]), *x.directions[1:]), x.nearby
-    return replace(
-        x, arclength=-x.arclength, bracket=(-x.bracket[1], -x.bracket[0]), tests=(sign * x.tests[1], sign * x.tests[0]),
-        index=(x.index[1], x.index[0]), directions=directions, nearby=nearby,
-    )  # fmt: skip
-
-
-def _flipped_discrepancy(d: Discrepancy) -> Discrepancy:
-    return Discrepancy((-d.bracket[1], -d.bracket[0]), d.index[::-1], d.events[::-1], d.parameter[::-1])

@@ -17,10 +17,12 @@ from rodatlas.continuation.events import (
     unresolved,
 )
 from rodatlas.continuation.frame import Frame, adapted, with_tests
+from rodatlas.continuation.isotropy import with_symmetry
 from rodatlas.continuation.multiple_events import told_apart
 from rodatlas.continuation.newton import NewtonCode, fixed, newton, plane
 from rodatlas.continuation.options import TraceOptions
-from rodatlas.continuation.results import Discrepancy, EndReason, Point, SpecialPoint
+from rodatlas.continuation.results import EndReason, Point, SpecialPoint
+from rodatlas.continuation.verification import NEARLY_SINGULAR, ROUND_OFF, Discrepancy
 
 
 @dataclass(frozen=True)
@@ -30,6 +32,7 @@ class Step:
     point: Point
     special: tuple[SpecialPoint, ...] = ()
     discrepancy: Discrepancy | None = None
+    repeated: bool = False
 
 
 @dataclass(frozen=True)
@@ -120,9 +123,13 @@ class Walker:
                 doubtful = close or discrepancy or unresolved(segment, events, self.options, tried, known)
                 if not doubtful or step <= finest:
                     if doubtful and discrepancy is None and not known and self._nearly_singular(segment, events):
-                        discrepancy = self._record(point, ())
+                        discrepancy = self._record(point, (), NEARLY_SINGULAR)
+                    if any(e.is_round_off for e in events):
+                        events = [e for e in events if not e.is_round_off]
+                        discrepancy = self._record(point, tuple(e.special.kind for e in events if e.flips), ROUND_OFF)
                     self._step = control.next_step(step, trial.first_correction, trial.iterations)
-                    return self._accept(segment, point, events, discrepancy, trial.at_bound)
+                    accepted = self._accept(segment, point, events, discrepancy, trial.at_bound)
+                    return replace(accepted, repeated=step < first)
             step *= 0.5
         self.end = EndReason.MIN_STEP
         return None
@@ -204,7 +211,7 @@ class Walker:
         last = self.last
         if last.index is None or point.index is None:
             return None
-        if explains(segment, events, point.index - last.index):
+        if explains(segment, [e for e in events if not e.is_round_off], point.index - last.index):
             return None
         return self._record(point, tuple(e.special.kind for e in events if e.flips))
 
@@ -213,12 +220,12 @@ class Walker:
         watched = "branch point" in self.options.locate
         return watched and may_be_singular_twice(segment) and not any(e.special.kind == "branch point" for e in events)
 
-    def _record(self, point: Point, kinds: tuple[str, ...]) -> Discrepancy:
+    def _record(self, point: Point, kinds: tuple[str, ...], reason: str = "") -> Discrepancy:
         last = self.last
         name = point.solution.parameter_names[int(self.frame.colloc.free[0])]
         return Discrepancy(
             (last.arclength, point.arclength), (last.index, point.index), kinds,
-            (last.solution[name], point.solution[name]),
+            (last.solution[name], point.solution[name]), reason,
         )  # fmt: skip
 
     def _accept(
@@ -229,7 +236,8 @@ class Walker:
             events = [e for e in events if e.fraction <= closing and not self._is_first(e, closing)]
         elif self._count == 0:
             self._early = {e.special.kind for e in events if e.fraction < 1e-6}
-        special = [replace(e.special, index=(self.last.index, point.index)) for e in events]
+        bvp, indices = segment.colloc.bvp, (self.last.index, point.index)
+        special = [with_symmetry(bvp, replace(e.special, index=indices)) for e in events]
         passed = any(item.kind == "branch point" for item in special)
         before = abs(segment.right.weakness_before) * (-1.0 if passed else 1.0)
         self.frame = replace(segment.right, weakness_before=before)
@@ -287,13 +295,21 @@ class Walker:
         index = self.options.index(solution) if self.options.index is not None else None
         return Point(
             solution, arclength, frame.tangent.scalars.copy(), frame.fold_test, frame.branch_test[0], index, iterations,
-            step,
+            step, abs(frame.weakness),
         )  # fmt: skip
 
     def _adapt(self) -> None:
         control, before = self.options.mesh, len(self.frame.colloc.step)
         self.frame, spent = adapted(self.frame, self.options, correct=False)
         self.newton_iterations += spent
+        for _ in range(6):  # where the error exceeds what a step may correct, no step would be accepted
+            if not self.frame.error > 0.1 * self.options.step.max_correction * self._step:
+                break
+            finer, spent = adapted(self.frame, self.options, correct=True)
+            self.newton_iterations += spent
+            if len(finer.colloc.step) <= len(self.frame.colloc.step):
+                break
+            self.frame = finer
         at_limit = before >= control.intervals[1] and not control.is_fixed_size
         if at_limit and self.frame.error > 10 * control.tolerance:
             self.end = EndReason.MESH_LIMIT
