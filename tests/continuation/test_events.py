@@ -199,7 +199,7 @@ def test_settings_are_checked() -> None:
         NewtonOptions(tolerance=0)
     with pytest.raises(ValueError, match=r"locate: expected some of .*, got 'hopf'"):
         TraceOptions(locate=("hopf",))
-    with pytest.raises(ValueError, match="bounds: expected low < high for 'lam', got 1, 0"):
+    with pytest.raises(ValueError, match=r"bounds: expected numbers low < high for 'lam', got \(1, 0\)"):
         TraceOptions(bounds={"lam": (1, 0)})
     with pytest.raises(ValueError, match="backend: expected 'numba', 'scipy' or None, got 'cuda'"):
         TraceOptions(backend="cuda")

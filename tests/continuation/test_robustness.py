@@ -537,3 +537,28 @@ def test_a_side_branch_is_kept_from_its_branch_point_on() -> None:
     assert branch.points[0].arclength == 0.0
     assert len(branch) == 5
     assert (np.diff(branch.column("arclength")) > 0).all()
+
+
+@pytest.mark.parametrize(("bounds", "got"), [
+    ({"lam": 1.0}, r"1\.0"), ({"lam": ("a", 1.0)}, r"\('a', 1\.0\)"), ({"lam": (2.0, 1.0)}, r"\(2\.0, 1\.0\)"),
+    ({"lam": (0.0, 1.0, 2.0)}, r"\(0\.0, 1\.0, 2\.0\)"), ({"lam": (0.0, float("nan"))}, r"\(0\.0, nan\)"),
+])  # fmt: skip
+def test_bounds_are_pairs_of_numbers(bounds, got) -> None:
+    with pytest.raises(ValueError, match=f"bounds: expected numbers low < high for 'lam', got {got}"):
+        TraceOptions(bounds=bounds)
+
+
+def test_zeros_are_numbers() -> None:
+    with pytest.raises(ValueError, match="zeros: expected a number for 'lam', got None"):
+        TraceOptions(zeros={"lam": None})
+
+
+def test_a_bounded_observable_that_ends_on_the_way() -> None:
+    """sqrt(1 - lam) is bounded and ends at lam = 1: so does the branch, and it says why."""
+    bvp = algebraic(
+        lambda u, p: [u.x - p.lam], observables={"root": end_value(lambda left, right, p: np.sqrt(1 - left.x))}
+    )
+    branch = trace(bvp, constant(bvp), ("lam",), TraceOptions(bounds={"root": (-1.0, 2.0)}), both=False)
+    assert branch.ends[1] is EndReason.MIN_STEP
+    assert branch.failures[1] is NewtonCode.NOT_FINITE
+    assert branch.points[-1].solution["lam"] == pytest.approx(1.0, abs=1e-4)

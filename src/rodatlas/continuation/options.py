@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict, dataclass, field, replace
+from numbers import Real
 from typing import TYPE_CHECKING, Any
 
 from rodatlas.continuation.mesh import MeshControl
@@ -93,9 +94,12 @@ class TraceOptions:
         for kind in self.locate:
             if kind not in KINDS:
                 raise ValueError(f"locate: expected some of {KINDS}, got '{kind}'")
-        for name, (low, high) in self.bounds.items():
-            if not low < high:
-                raise ValueError(f"bounds: expected low < high for '{name}', got {low}, {high}")
+        for name, pair in self.bounds.items():
+            if not _is_pair(pair) or not pair[0] < pair[1]:
+                raise ValueError(f"bounds: expected numbers low < high for '{name}', got {pair!r}")
+        for name, value in self.zeros.items():
+            if not isinstance(value, Real):
+                raise ValueError(f"zeros: expected a number for '{name}', got {value!r}")
         if self.backend not in (None, "numba", "scipy"):
             raise ValueError(f"backend: expected 'numba', 'scipy' or None, got '{self.backend}'")
         if self.max_points < 1:
@@ -122,3 +126,7 @@ class TraceOptions:
             function = getattr(self, key)
             plain[key] = None if function is None else getattr(function, "__qualname__", type(function).__name__)
         return plain | {key: getattr(self, key) for key in ("max_points", "max_folds", "backend")}
+
+
+def _is_pair(value: object) -> bool:
+    return isinstance(value, Sequence) and len(value) == 2 and all(isinstance(v, Real) for v in value)

@@ -143,6 +143,7 @@ class Walker:
         if not result.converged or result.factorization is None:
             self.failure = result.code
             return None
+        self.failure = None  # what follows is refused by step control
         if sum(result.corrections) > control.max_correction * step:
             return None
         frame = here.reached(result.state, result.factorization, step)
@@ -153,6 +154,9 @@ class Walker:
         length = here.colloc.inner(here.tangent, add(result.state, (-1.0, here.x))) * _arc_over_sine(cosine)
         frame = replace(frame, previous_step=length)
         iterations, first = len(result.corrections), result.corrections[0]
+        if not self._is_defined(frame):
+            self.failure = NewtonCode.NOT_FINITE
+            return None
         crossed = self._crossed_bounds(frame)
         if not crossed:
             return _Trial(frame, length, iterations, first, False)
@@ -164,6 +168,11 @@ class Walker:
             if landed is not None and not self._crossed_bounds(landed[0]):
                 return _Trial(*landed, iterations, first, True)
         return None
+
+    def _is_defined(self, frame: Frame) -> bool:
+        """Whether bounded and sought observables have values there."""
+        names = dict.fromkeys([*self.options.bounds, *self.options.zeros])
+        return all(np.isfinite(frame.colloc.observable_row(name, frame.x)[0]) for name in names)
 
     def _crossed_bounds(self, frame: Frame) -> list[tuple[float, str, float]]:
         """Bounds between the present frame and another: (fraction of the step, name, value), the nearest first.
