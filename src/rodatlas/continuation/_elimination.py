@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from numba import njit
 
-_OPTIONS: Any = {"cache": True, "fastmath": {"contract"}, "error_model": "numpy"}
+_OPTIONS: Any = {"cache": True, "fastmath": {"contract", "reassoc", "nsz", "arcp"}, "error_model": "numpy"}
 
 
 @njit(**_OPTIONS)

@@ -104,12 +104,20 @@ class Local:
     ) -> tuple[Columns, float] | None:
         if not np.isfinite(matrix).all():
             return None
-        # where the last direction is not determined (see the module's docstring) it is left out
-        held = np.vstack([matrix, [0.0, 0.0, self.hold]])
-        a, _, rank, _ = np.linalg.lstsq(held, np.append(right, 0.0), rcond=None)
-        if rank < 3 or not np.isfinite(a).all():
+        a = self._coefficients(matrix, right)
+        if a is None:
             return None
         return add(base, *zip(a.tolist(), self.directions, strict=True)), base_b + float(self.shares @ a)
+
+    def _coefficients(self, matrix: np.ndarray, right: np.ndarray) -> np.ndarray | None:
+        """Solve the conditions (3, 3); where `hold` is set, a last direction that they leave open is left out."""
+        try:
+            if self.hold == 0.0:
+                return np.linalg.solve(matrix, right)
+            q, r = np.linalg.qr(np.vstack([matrix, [0.0, 0.0, self.hold]]))
+            return np.linalg.solve(r, q.T @ np.append(right, 0.0))
+        except np.linalg.LinAlgError:
+            return None
 
 
 class Bordered:
