@@ -102,10 +102,12 @@ def _say(found: Loci, wanted: tuple[int, ...], files: list[Path], console: Conso
         if wanted and piece.number not in wanted:
             continue
         for e in piece.events:
+            turn = {"psi0": " in angle", "dD": " in shear"}.get(e.event.parameter, "")
             status = "" if e.event.status.value == "converged" else f" ({e.event.status.value})"
+            what = f"at fixed shear, {e.event.what}" if e.event.parameter == "dD" else e.event.what
             table.add_row(
-                f"{piece.kind} {piece.number}", f"{e.angle_deg:.4f}", f"{e.shear:.6f}", e.event.kind + status,
-                ", ".join(map(str, e.numbers)), e.event.what,
+                f"{piece.kind} {piece.number}", f"{e.angle_deg:.4f}", f"{e.shear:.6f}", e.event.kind + turn + status,
+                ", ".join(map(str, e.numbers)), what,
             )  # fmt: skip
     console.print(table)
     for warning in found.warnings:
