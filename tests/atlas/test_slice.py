@@ -45,6 +45,27 @@ def test_bookkeeping_adds_up(slice_15, slice_30):
                 assert abs(e.special.index[1] - e.special.index[0]) == 1
 
 
+def test_criticality_from_the_branches_agrees_with_the_normal_form(slice_15, slice_30):
+    """Told once by the indices of the branches that meet, once by second and third derivatives at the point alone."""
+    compared = 0
+    for found in (slice_15, slice_30):
+        for b in found.branches:
+            for e in b.events:
+                if e.kind == "pitchfork":
+                    assert e.special.breaks == ("reversal",)
+                if e.criticality and e.special.criticality:
+                    assert e.special.criticality == e.criticality + "critical"
+                    compared += 1
+    assert compared >= 12
+
+
+def test_every_step_is_verified(slice_15):
+    for b in slice_15.branches:
+        record = b.followed.branch.verification
+        assert record.complete
+        assert record.indexed == record.steps
+
+
 def test_named_states_at_15_degrees(slice_15):
     ends = {s.name: [(e.kind, e.number, e.snap) for e in (s.low, s.high)] for s in slice_15.states}
     edge = ("range", None, False)

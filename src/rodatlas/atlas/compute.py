@@ -19,8 +19,6 @@ from rodatlas.continuation.events import turns_at
 from rodatlas.rods.symmetry import is_symmetric
 from rodatlas.states.names import NAMES, Part, name_parts
 
-UPRIGHT = 1e-3  # a direction through a branch point whose (scaled) shear component is below this does not change it
-
 
 def compute_slice(
     settings: SliceSettings, cache: BranchCache | None = None, progress: Progress | None = None, carry: bool = True
@@ -67,8 +65,9 @@ def _bare_events(followed: Followed, frontier: Frontier) -> tuple[Event, ...]:
 
 
 def _is_pitchfork(special: SpecialPoint) -> bool:
-    """Whether one of the two curves through a branch point has no component along the shear."""
-    return len(special.directions) == 2 and any(abs(d.scalars[0]) < UPRIGHT for d in special.directions)
+    """Whether a branch through a branch point loses the reversal symmetry, or leaves with the shear unchanged."""
+    form = special.normal_form
+    return "reversal" in special.breaks or (form is not None and form.kind == "pitchfork")
 
 
 def _turns(followed: Followed, special: SpecialPoint) -> bool:
