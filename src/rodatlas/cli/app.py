@@ -56,8 +56,9 @@ def slice_command(
 @app.command("loci")
 def loci_command(
     number: Annotated[
-        list[str] | None, typer.Option("--number", help="Number of a bifurcation, 3 to 18; may be repeated [all].")
+        list[str] | None, typer.Option("--number", help="Number of a bifurcation, 3 to 18; may be repeated.")
     ] = None,
+    everything: Annotated[bool, typer.Option("--all", help="All that have numbers, the default.")] = False,
     angle_max: Annotated[str, typer.Option("--angle-max", help="Largest clamp angle in degrees.")] = "80",
     compression: Compression = "0.5",
     poisson: Poisson = "0.25",
@@ -69,6 +70,8 @@ def loci_command(
     """Follow numbered bifurcations in clamp angle and shear: special points, figure and data."""
     from rodatlas.cli.loci import run
 
+    if everything and number:
+        raise ValueError("all: expected no --number beside --all")
     run(number or [], angle_max, compression, poisson, tol, out, json_to, fresh)
 
 
