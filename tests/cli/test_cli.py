@@ -100,7 +100,10 @@ def test_slice_prints_json_alone_and_writes_figures(capsys, tmp_path):
 
 def test_an_interrupt_keeps_what_is_finished(tmp_path):
     command = [sys.executable, "-m", "rodatlas", "slice", "--angle", "15", "--out", str(tmp_path)]
-    running = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+    running = subprocess.Popen(
+        command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
+        preexec_fn=lambda: signal.signal(signal.SIGINT, signal.SIG_DFL),  # jobs in the background ignore it
+    )  # fmt: skip
     for line in running.stderr:
         if "branch W" in line:
             running.send_signal(signal.SIGINT)
