@@ -91,6 +91,23 @@ def solve_command(
     run(angle, shear, state, out, compression, poisson, tol)
 
 
+@app.command("states")
+def states_command(
+    angle: Angle,
+    shear: Annotated[str, typer.Option(help="Shear dD.")],
+    compression: Compression = "0.5",
+    poisson: Poisson = "0.25",
+    classes: Annotated[str, typer.Option("--class", help="Right clamp at +q, at -q (a full turn), or both.")] = "both",
+    starts: Annotated[str, typer.Option(help="Starts for each class [default: 4096, or 1024 if stable only].")] = "",
+    stable_only: Annotated[bool, typer.Option("--stable-only", help="Search for stable states only.")] = False,
+    json_to: Annotated[str, typer.Option("--json", help="Write the result as JSON to a file too, or to -.")] = "",
+) -> None:
+    """Search for all equilibria at one setting: table, and how complete the search looks."""
+    from rodatlas.cli.states import run
+
+    run(angle, shear, compression, poisson, classes, starts, stable_only, json_to)
+
+
 def main(arguments: Sequence[str] | None = None) -> None:
     """Entry point: wrong input is one line and exit code 2, an interrupt is exit code 130."""
     command = typer.main.get_command(app)

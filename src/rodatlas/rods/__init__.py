@@ -11,17 +11,20 @@ from rodatlas.rods.stability import index_of
 from rodatlas.rods.state import RodState
 from rodatlas.rods.symmetry import (
     asymmetry,
+    half_twist,
     is_symmetric,
+    is_twisted,
     mirror_angle,
     mirror_shear,
     pair_member,
     plus_member,
     reverse,
 )
+from rodatlas.rods.twisted import twisted_states
 
 __all__ = [
     "Band", "Ends", "IndexResult", "RodState", "SecondVariationResult", "asymmetry", "bending_ratio", "from_reduced",
-    "index_nodes", "index_of", "is_symmetric", "limiting_shear", "mirror_angle", "mirror_shear", "morse_index",
-    "pair_member", "planar_states", "plus_member", "reduced_problem", "reverse", "rod_problem",
-    "second_variation_index", "state_at", "to_reduced",
+    "half_twist", "index_nodes", "index_of", "is_symmetric", "is_twisted", "limiting_shear", "mirror_angle",
+    "mirror_shear", "morse_index", "pair_member", "planar_states", "plus_member", "reduced_problem", "reverse",
+    "rod_problem", "second_variation_index", "state_at", "to_reduced", "twisted_states",
 ]  # fmt: skip

@@ -57,11 +57,36 @@ def is_symmetric(solution: Solution, tolerance: float = 1e-5) -> bool:
     return asymmetry(solution) < tolerance
 
 
+def half_twist(solution: Solution) -> float:
+    """Angle in radians by which the middle is twisted against both clamps, the mean of the two; 0 where symmetric."""
+    tau = solution.stages[..., solution.unknowns.index("tau")]
+    return solution.mean(np.sign(0.5 - solution.gauss_points()) * tau) / 2
+
+
+def is_twisted(solution: Solution) -> bool:
+    """Whether a state is strongly twisted, as TU and TW: its middle is twisted by more than 135 degrees.
+
+    Or by more than a right angle, and k1 has four inflections or more. Stable TU and TW have 2.5 to 3.2 rad; other
+    stable states at dL = 1/2 less than 2, and two or three inflections.
+    """
+    twist = abs(half_twist(solution))
+    if not np.pi / 2 < twist < 3 * np.pi / 4:
+        return twist >= 3 * np.pi / 4
+    k1 = solution(np.linspace(0.0, 1.0, 401)[1:-1], "k1")
+    k1 = k1[np.abs(k1) > 1e-6 * np.abs(k1).max()]
+    return int(np.sum(np.sign(k1[1:]) != np.sign(k1[:-1]))) >= 4
+
+
 def pair_member(solution: Solution) -> str:
     """'+' or '-' of a reversal-broken state: + has more bending energy in the half s > 1/2.
 
-    Where both halves have the same (S+-, whose k1 is odd about the middle), + has the larger k1 there.
+    Where both halves have the same (S+-, whose k1 is odd about the middle), + has the larger k1 there. The bending of
+    strongly twisted states is even at dD = 0: there + is the member whose first half is twisted against the side on
+    which the rod lies (half twist and height of opposite sign), which is the same at small positive shear.
     """
+    if is_twisted(solution):
+        height = solution.mean(solution.stages[..., solution.unknowns.index("y")])
+        return "+" if half_twist(solution) * height <= 0 else "-"
     k1 = solution.stages[..., solution.unknowns.index("k1")]
     arm = solution.gauss_points() - 0.5
     moment = solution.mean(arm * k1**2)

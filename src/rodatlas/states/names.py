@@ -8,7 +8,9 @@ A stable segment is a stretch of a branch on which every state is stable. The ru
   (k1(1/2) fell) and `uUui` if it was pulled flat;
 * a segment that starts as U and goes on without a bifurcation through a dimple is cut at these changes of shape into
   U, w and uUui (the paper's U-w and U-w-uUui); the cuts are ends of kind 'smooth';
-* reversal-broken: `US+-` above the clamp plane, `WS+-` below it, `S+-` at height zero (only at psi0 = 0).
+* reversal-broken and strongly twisted (:func:`rodatlas.rods.symmetry.is_twisted`): `TU+-` above the clamp plane,
+  `TW+-` below it;
+* other reversal-broken ones: `US+-` above the clamp plane, `WS+-` below it, `S+-` at height zero (only at psi0 = 0).
 
 The members of a pair are told apart by :func:`rodatlas.rods.symmetry.pair_member`.
 """
@@ -21,8 +23,9 @@ from typing import NamedTuple
 import numpy as np
 
 from rodatlas.continuation import Solution
+from rodatlas.rods.symmetry import is_twisted
 
-NAMES = ("U", "US+-", "uUu", "w", "W", "WS+-", "uUui", "S+-")
+NAMES = ("U", "US+-", "uUu", "w", "W", "WS+-", "uUui", "S+-", "TU+-", "TW+-")
 ZERO_HEIGHT = 1e-6
 
 
@@ -52,6 +55,8 @@ def name_parts(solutions: Sequence[Solution], symmetric: bool, inverted: bool = 
     height = np.array([s.observables["height"] for s in solutions])
     if not symmetric:
         middle = height[len(height) // 2]
+        if is_twisted(solutions[last // 2]):
+            return [Part("TU+-" if middle > 0 else "TW+-", 0, last)]
         if np.abs(height).max() < ZERO_HEIGHT:
             return [Part("S+-", 0, last)]
         return [Part("US+-" if middle > 0 else "WS+-", 0, last)]

@@ -1,0 +1,73 @@
+"""`rodatlas states`: all equilibria at one setting, as a table or JSON."""
+
+from __future__ import annotations
+
+import json
+import sys
+from typing import TYPE_CHECKING
+
+from rich.console import Console
+from rich.table import Table
+
+from rodatlas.cli.common import json_target, number, progress_bar
+
+if TYPE_CHECKING:
+    from rodatlas.states.discover import Discovery
+
+
+def run(
+    angle: str, shear: str, compression: str, poisson: str, classes: str, starts: str, stable_only: bool, json_to: str
+) -> None:
+    """The command; texts come as typed and are checked here."""
+    from rodatlas.rods.band import check_poisson
+    from rodatlas.rods.ends import Ends
+    from rodatlas.states.discover import CLASSES, find_states
+
+    ends = Ends(number("angle", angle), number("compression", compression), number("shear", shear))
+    ratio = check_poisson(number("poisson", poisson))
+    if classes not in CLASSES:
+        raise ValueError(f"class: expected +, - or both, got '{classes}'")
+    count = _count(starts) if starts else None
+    json_file = json_target(json_to)
+    with progress_bar(f"states at {ends.angle_deg:g} deg, shear {ends.shear:g}") as report:
+        found = find_states(ends, ratio, classes, count, stable_only=stable_only, progress=report)
+    text = json.dumps(found.to_json(), indent=1) + "\n"
+    console = Console(stderr=json_to == "-")
+    console.print(_table(found))
+    console.print(_summary(found), highlight=False, soft_wrap=True)
+    if json_to == "-":
+        sys.stdout.write(text)
+    elif json_file is not None:
+        json_file.write_text(text)
+
+
+def _count(text: str) -> int:
+    if not text.isdecimal() or int(text) < 1:
+        raise ValueError(f"starts: expected a whole number of at least 1, got '{text}'")
+    return int(text)
+
+
+def _table(found: Discovery) -> Table:
+    table = Table(box=None, caption="index 0: stable; k1, tau: inflections; turns: int tau ds / 2 pi", padding=(0, 1))
+    for title in ("name", "class", "index", "energy", "height", "pair", "|N|", "turns", "k1", "tau", "met"):
+        table.add_column(title, justify="left" if title == "name" else "right", no_wrap=True)
+    for state in found.states:
+        plain = state.to_json()
+        table.add_row(
+            state.name or "", state.cls, "?" if state.index < 0 else str(state.index),
+            f"{plain['energy']:.6f}", f"{plain['height']:.7f}", state.pair or "",
+            f"{sum(x * x for x in plain['N0']) ** 0.5:.4g}", f"{state.twist / 6.283185307179586:.2f}",
+            str(plain["inflections"]["k1"]), str(plain["inflections"]["tau"]), str(state.count),
+        )  # fmt: skip
+    return table
+
+
+def _summary(found: Discovery) -> str:
+    """How complete the search looks, in words."""
+    within = f" with |N| up to {found.force_range:g}" if found.force_range else ""
+    lost = f"; {found.dropped} not confirmed by collocation" if found.dropped else ""
+    return (
+        f"{found.converged} of {found.starts} starts converged to {found.distinct} different states{within} "
+        f"(a +/- pair counts once){lost}. By the number met once, about {found.unseen_estimate:.1f} more were not met, "
+        f"and one more solution would be new with probability {found.unseen_probability:.1%}: an estimate, no proof."
+    )

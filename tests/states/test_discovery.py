@@ -1,0 +1,103 @@
+"""All stable states at one setting: the known ones are there, with names, and a larger search finds no other."""
+
+import json
+
+import numpy as np
+import pytest
+
+from rodatlas.cli.app import main
+from rodatlas.rods import Ends, index_of
+from rodatlas.states.census import species, unseen
+from rodatlas.states.discover import find_states
+
+WOUND = np.pi  # |int tau ds|; the published states of high shear are not wound up
+
+
+@pytest.fixture(scope="module")
+def at_30():
+    return find_states(Ends(30.0, 0.5, 0.625), stable_only=True)
+
+
+def test_the_five_states_of_the_first_class(at_30):
+    """Of class + and not wound up; U at this shear has become uUu, w and uUui."""
+    five = {s.name: s for s in at_30.states if s.cls == "+" and abs(s.twist) < WOUND}
+    assert set(five) == {"uUui", "w", "uUu", "US+", "US-"}
+    assert sum(s.cls == "+" and abs(s.twist) < WOUND for s in at_30.states) == 5
+    assert five["uUui"].solution["energy"] == pytest.approx(21.988286, abs=1e-6)
+    assert five["uUui"].solution["height"] == pytest.approx(-0.00727986, abs=1e-8)
+    assert five["US+"].solution["energy"] == pytest.approx(five["US-"].solution["energy"], abs=1e-7)
+    assert all(index_of(s.solution).trusted for s in at_30.states)
+
+
+def test_the_known_state_of_the_second_class(at_30):
+    near = [s for s in at_30.states if s.cls == "-" and abs(s.solution["height"] + 0.0424004) < 1e-6]
+    assert len(near) == 1
+    assert near[0].solution["energy"] == pytest.approx(21.874512, abs=1e-5)
+    assert near[0].to_json()["inflections"] == {"k1": 0, "tau": 0}
+    assert near[0].name is None
+
+
+def test_planar_and_twisted_states_without_shear():
+    found = find_states(Ends(15.0), classes="+", starts=256, stable_only=True)
+    energies = {round(s.solution["energy"], 5): s for s in found.states}
+    assert energies[11.15823].name == "U"
+    assert any(s.name == "W" for s in found.states)
+    twisted = [s for s in found.states if s.solution["energy"] == pytest.approx(37.41956, abs=1e-5)]
+    assert {s.name for s in twisted} == {"TU+", "TU-"}
+    assert twisted[0].solution["height"] == pytest.approx(0.202848, abs=1e-6)
+
+
+@pytest.mark.parametrize(("angle", "shear"), [(23.7, 0.417), (51.3, 0.562)])
+def test_a_larger_search_finds_no_other_stable_state(angle, shear):
+    """An independent search of ten times the size (other quasi-random starts)."""
+    ends = Ends(angle, 0.5, shear)
+    default = find_states(ends, classes="+", starts=256, stable_only=True)
+    larger = find_states(ends, classes="+", starts=2560, stable_only=True, seed=7)
+
+    def named(found):
+        return sorted(round(s.solution["energy"], 4) for s in found.states if abs(s.twist) < WOUND)
+
+    assert len(named(default)) >= 3
+    assert named(default) == named(larger)
+
+
+def test_unstable_states_come_with_their_index():
+    """States of several indices within the force range; every pair is complete."""
+    found = find_states(Ends(15.0), classes="+", starts=512)
+    assert {s.index for s in found.states} >= {0, 1, 2}
+    assert max(np.linalg.norm(s.to_json()["N0"]) for s in found.states) <= 200.0
+    sides = [s.pair for s in found.states if s.pair]
+    assert sides.count("+") == sides.count("-") > 0
+
+
+def test_estimates_of_what_was_not_met():
+    """Chao: f1 (f1 - 1) / (2 (f2 + 1)); Good: f1 / n."""
+    assert unseen(np.array([1, 1, 1, 2, 5])) == pytest.approx((1.5, 0.3))
+    assert unseen(np.array([4, 5])) == (0.0, 0.0)
+    np.testing.assert_array_equal(species(np.array([[0.0, 1.0], [2.0, 1.0], [1e-8, 1.0]])), [0, 1, 0])
+
+
+def test_json_of_the_command(capsys):
+    arguments = ["states", "--angle", "15", "--shear", "0.2", "--class", "+", "--starts", "64", "--stable-only"]
+    with pytest.raises(SystemExit) as leave:
+        main([*arguments, "--json", "-"])
+    assert not leave.value.code
+    plain = json.loads(capsys.readouterr().out)
+    assert plain["schema"] == "rodatlas/states/1"
+    assert (plain["angle_deg"], plain["shear"], plain["search"]["starts"]) == (15.0, 0.2, 64)
+    assert {s["name"] for s in plain["states"]} >= {"U", "W"}
+    keys = {"name", "class", "stable", "index", "height", "energy", "symmetric", "pair", "N0", "M0", "inflections"}
+    assert all(keys <= set(s) for s in plain["states"])
+
+
+@pytest.mark.parametrize(("option", "value", "field"), [
+    ("--shear", "2", "shear"), ("--angle", "x", "angle"), ("--class", "*", "class"), ("--starts", "0", "starts"),
+])  # fmt: skip
+def test_wrong_input_is_one_line(option, value, field, capsys):
+    arguments = {"--angle": "15", "--shear": "0.2", option: value}
+    with pytest.raises(SystemExit) as leave:
+        main(["states", *[text for pair in arguments.items() for text in pair]])
+    assert leave.value.code == 2
+    message = capsys.readouterr().err
+    assert message.startswith(f"rodatlas: {field}: expected")
+    assert message.count("\n") == 1
