@@ -27,9 +27,9 @@ def events(loci, number, kind, parameter=""):
 
 def test_every_locus_is_found(loci):
     assert loci.warnings == ()
-    assert sorted(p.number for p in loci.pieces if p.number is not None) == list(NUMBERS)
+    assert sorted(p.number for p in loci.pieces if p.number is not None) == [0, 1, 2, *NUMBERS]
     kinds = {p.number: p.kind for p in loci.pieces}
-    assert {n for n, kind in kinds.items() if kind == "pitchfork" and n is not None} == {3, 4, 8, 9, 10, 11, 15}
+    assert {n for n, kind in kinds.items() if kind == "pitchfork" and n is not None} == {0, 3, 4, 8, 9, 10, 11, 15}
 
 
 @pytest.mark.parametrize(("number", "kind", "angle", "partners"), [
@@ -45,6 +45,8 @@ def test_every_locus_is_found(loci):
     (3, "criticality", 41.7449, (5,)),
     (5, "criticality", 41.7449, (3,)),
     (9, "coalescence", 27.5096, (7,)),
+    (1, "cusp", 26.892, ()),  # TW ends, at dD = 0
+    (2, "extremum", 74.027, ()),  # TU ends, at dD = 0
     (14, "coalescence", 44.1702, (10,)),
 ])  # fmt: skip
 def test_events(loci, number, kind, angle, partners):

@@ -77,8 +77,10 @@ def test_named_states_at_15_degrees(slice_15):
         "W": [edge, ("pitchfork", 3, False)],
         "WS+-": [("pitchfork", 3, False), ("fold", 5, True)],
         "uUui": [("pitchfork", 10, True), edge],
+        "TU+-": [edge, ("fold", 2, True)],
+        "TW+-": [edge, ("fold", 1, True)],
     }
-    assert {s.name for s in slice_15.states if s.pair} == {"US+-", "WS+-"}
+    assert {s.name for s in slice_15.states if s.pair} == {"US+-", "WS+-", "TU+-", "TW+-"}
 
 
 def test_states_at_zero_angle():

@@ -76,7 +76,7 @@ def test_slice_prints_json_alone_and_writes_figures(capsys, tmp_path):
     assert code == 0
     data = json.loads(out)
     assert data["schema"] == "rodatlas/slice/1"
-    assert [s["name"] for s in data["states"]] == ["U", "US+-", "uUu", "w", "W", "WS+-", "uUui"]
+    assert [s["name"] for s in data["states"]] == ["U", "US+-", "uUu", "w", "W", "WS+-", "uUui", "TU+-", "TW+-"]
     assert data["warnings"] == []
     assert "Stable states at angle 15 deg" in err
     figures = ("-diagram.png", "-diagram.pdf", "-profiles.png", "-profiles.pdf")

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field, replace
 
 from rodatlas.atlas.cache import BranchCache, PrefixedCache
 from rodatlas.atlas.match import FREE, lies_on, same_state
-from rodatlas.atlas.seeds import Seed, carried_seeds, planar_seeds
+from rodatlas.atlas.seeds import Seed, carried_seeds, planar_seeds, twisted_seeds
 from rodatlas.atlas.settings import SliceSettings
 from rodatlas.continuation import (
     Branch,
@@ -104,7 +104,7 @@ class Frontier:
 def follow_slice(
     settings: SliceSettings, cache: BranchCache | None = None, progress: Progress | None = None, carry: bool = True
 ) -> Frontier:
-    """All branches in shear that are connected to U, W and the third mode, and those carried over in angle.
+    """All branches in shear that are connected to U, W and the third mode, to TU and TW, and those carried in angle.
 
     Branches that are not connected inside the shear range (uUu above 27.7 degrees, say) are reached by following
     states of reference slices in compression and angle, at fixed shear, unless `carry` is off.
@@ -118,6 +118,7 @@ def follow_slice(
     frontier = Frontier()
     say = _Reporter(progress, frontier)
     _follow_planar(frontier, settings, cache, say)
+    _follow_twisted(frontier, settings, cache, say)
     for start in settings.references() if carry else ():
         where = f"{start.angle_deg:g} degrees, dL = {start.compression:g}"
         say(f"reference slice at {where}")
@@ -151,6 +152,15 @@ def _follow_planar(frontier: Frontier, settings: SliceSettings, cache: BranchCac
     """All that is connected to the planar states."""
     say("planar states from the circle")
     seeds, warnings = planar_seeds(settings)
+    frontier.warnings += warnings
+    _follow_seeds(frontier, seeds, settings, cache, say)
+    _follow_arrivals(frontier, settings, cache, say)
+
+
+def _follow_twisted(frontier: Frontier, settings: SliceSettings, cache: BranchCache, say: _Reporter) -> None:
+    """The loops of TU and TW, and all that is connected to them."""
+    say("twisted states")
+    seeds, warnings = twisted_seeds(settings, cache)
     frontier.warnings += warnings
     _follow_seeds(frontier, seeds, settings, cache, say)
     _follow_arrivals(frontier, settings, cache, say)

@@ -1,4 +1,4 @@
-"""The numbers 3 to 18 of bifurcations in the paper, given by what each one does.
+"""The numbers 0 to 18 of bifurcations in the paper, given by what each one does.
 
 A number follows from the named state that ends at the bifurcation, or from the place of the bifurcation next to a
 numbered one on the same branch: see the table below and :func:`number_neighbors`. Bifurcations of states that the
@@ -13,6 +13,10 @@ from rodatlas.continuation import SpecialPoint
 
 # (name of the state, which end of it, kind of bifurcation) -> number
 ENDS = {
+    ("TW+-", "high", "fold"): 1,
+    ("TW+-", "low", "fold"): 1,  # its image in the shear mirror
+    ("TU+-", "high", "fold"): 2,
+    ("TU+-", "low", "fold"): 2,
     ("W", "high", "pitchfork"): 3,
     ("U", "high", "pitchfork"): 4,
     ("WS+-", "high", "fold"): 5,
@@ -33,6 +37,7 @@ ENDS = {
 NEIGHBORS = {
     6: {"branch point": 8},
     14: {"branch point": 8},
+    8: {"branch point": 0},  # where highly twisted states leave the branch of the third mode
     7: {"branch point": 9, "fold": 18},
     9: {"fold": 7},
     11: {"fold": 13},

@@ -1,4 +1,4 @@
-"""Where the branches of a slice start: planar states without shear, and states carried over from another angle."""
+"""Where the branches of a slice start: planar and twisted states without shear, and states carried over in angle."""
 
 from __future__ import annotations
 
@@ -7,7 +7,12 @@ from collections.abc import Iterable
 
 from rodatlas.atlas.cache import BranchCache
 from rodatlas.atlas.match import crossings
-from rodatlas.atlas.settings import SliceSettings
+from rodatlas.atlas.settings import (
+    REFERENCE_ANGLE_DEG,
+    REFERENCE_COMPRESSION,
+    REFERENCE_POISSON,
+    SliceSettings,
+)
 from rodatlas.continuation import (
     Branch,
     EndReason,
@@ -18,9 +23,11 @@ from rodatlas.continuation import (
     TraceOptions,
     trace,
 )
+from rodatlas.rods.band import bending_ratio, limiting_shear
 from rodatlas.rods.perfectly_anisotropic import rod_problem
 from rodatlas.rods.planar import planar_states
 from rodatlas.rods.symmetry import mirror_angle
+from rodatlas.rods.twisted import twisted_states
 
 Seed = tuple[str, Solution]
 """The name that a branch gets, and a solution on it."""
@@ -37,6 +44,56 @@ def planar_seeds(settings: SliceSettings) -> tuple[list[Seed], list[str]]:
     if settings.angle == 0.0 and "third mode" in states:
         seeds.append(("M3i", mirror_angle(states["third mode"])))
     return seeds, [f"planar states not reached: {missing}"] if missing else []
+
+
+def twisted_seeds(settings: SliceSettings, cache: BranchCache) -> tuple[list[Seed], list[str]]:
+    """States at dD = 0 on the closed loops of TU and TW, and warnings.
+
+    The stable ones are found at a reference setting, where both exist; their loops are followed in shear to more
+    states without shear. Each is carried to the settings (stiffness, compression, angle), unless it ends on the way.
+
+    Parameters
+    ----------
+    cache : keeps the loops and the branches on the way.
+    """
+    angle, a = math.radians(REFERENCE_ANGLE_DEG), bending_ratio(REFERENCE_POISSON)
+    states, missing = twisted_states(a, angle, REFERENCE_COMPRESSION, settings.tolerance)
+    warnings = [f"twisted states not reached: {missing}"] if missing else []
+    seeds: list[Seed] = []
+    for name, state in states.items():
+        try:
+            on_loop = [state, *crossings(_half_loop(name, state, cache), (0.0,), settings)]
+        except NotConverged as error:
+            warnings.append(f"loop of {name}: {error}")
+            continue
+        for k, start in enumerate(on_loop):
+            ident = name if k == 0 else f"{name}-{k + 1}"
+            try:
+                end = _carried(ident, start, settings, cache)
+            except NotConverged as error:
+                warnings.append(f"branch {ident}: not carried over: {error}")
+                continue
+            if end is not None:
+                seeds.append((ident, end))
+    return seeds, warnings
+
+
+def _half_loop(name: str, state: Solution, cache: BranchCache) -> Branch:
+    """Half the closed branch in shear through a twisted state at the reference.
+
+    Reversal and shear mirror together map the loop to itself, dD to -dD, and the states in the middle of both halves
+    to themselves: past two folds from the stable one lies the other.
+    """
+    branch = cache.get(f"loop-{name}")
+    if branch is None:
+        limit = 0.9 * limiting_shear(state["dL"])
+        options = TraceOptions(
+            mesh=MeshControl(tolerance=1e-6), step=StepControl(maximum=20.0), bounds={"dD": (-limit, limit)},
+            locate=("fold",), max_folds=2,
+        )  # fmt: skip
+        branch = trace(rod_problem(), state, ("dD",), options, both=False)
+        cache.put(f"loop-{name}", branch)
+    return branch
 
 
 def carried_seeds(
@@ -71,8 +128,8 @@ def carried_seeds(
 
 
 def _carried(name: str, state: Solution, settings: SliceSettings, cache: BranchCache) -> Solution | None:
-    """A state followed in compression and angle to those of the settings; None when it meets a fold on the way."""
-    for parameter, value in (("dL", settings.compression), ("psi0", settings.angle)):
+    """A state followed in stiffness, compression and angle to the settings; None when it meets a fold on the way."""
+    for parameter, value in (("a", settings.a), ("dL", settings.compression), ("psi0", settings.angle)):
         here = state[parameter]
         if abs(here - value) < 1e-12:
             continue

@@ -12,6 +12,7 @@ from rodatlas.rods.ends import Ends
 
 REFERENCE_ANGLE_DEG = 15.0
 REFERENCE_COMPRESSION = 0.5
+REFERENCE_POISSON = 0.25  # for the twisted states, whose existence depends on it
 CARRIED_PARTS = (0.35, 0.45, 0.55, 0.65)  # of the limiting shear
 CARRIED_HIGH_PARTS = (0.72, 0.86)
 
