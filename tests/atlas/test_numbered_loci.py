@@ -117,7 +117,7 @@ def test_command_line(slice_15, tmp_path, capsys):
 
 @pytest.mark.parametrize(("arguments", "message"), [
     (["--number", "x"], "number: expected a whole number, got 'x'"),
-    (["--number", "2"], "number: expected one of 3 to 18, got 2"),
+    (["--number", "19"], "number: expected one of 0 to 18, got 19"),
     (["--all", "--number", "4"], "all: expected no --number beside --all"),
     (["--angle-max", "95"], "angle-max: expected degrees with 15 <= angle-max < 90, got 95"),
     (["--poisson", "1"], "poisson: expected a number with -1 < nu <= 0.5, got 1"),

@@ -25,7 +25,7 @@ from rodatlas.continuation import (
 from rodatlas.rods.perfectly_anisotropic import rod_problem
 
 PLANE = ("dD", "psi0")
-KNOWN = tuple(range(3, 19))
+KNOWN = tuple(range(19))
 ANGLES = {16: 55.0, 17: 60.0}  # degrees at which a slice has these bifurcations; the others come from that at 15
 
 

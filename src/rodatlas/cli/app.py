@@ -56,7 +56,7 @@ def slice_command(
 @app.command("loci")
 def loci_command(
     number: Annotated[
-        list[str] | None, typer.Option("--number", help="Number of a bifurcation, 3 to 18; may be repeated.")
+        list[str] | None, typer.Option("--number", help="Number of a bifurcation, 0 to 18; may be repeated.")
     ] = None,
     everything: Annotated[bool, typer.Option("--all", help="All that have numbers, the default.")] = False,
     angle_max: Annotated[str, typer.Option("--angle-max", help="Largest clamp angle in degrees.")] = "80",
@@ -79,7 +79,7 @@ def loci_command(
 def solve_command(
     angle: Angle,
     shear: Annotated[str, typer.Option(help="Shear dD.")],
-    state: Annotated[str, typer.Option(help="Name of the state: U, US+, US-, uUu, w, W, WS+, WS-, uUui, S+, S-.")],
+    state: Annotated[str, typer.Option(help="Name: U, W, w, uUu, uUui; of a pair one: US+, US-, WS+, TU+, TW+, S+ ...")],
     out: Annotated[str, typer.Option(help="File for the solution; .h5 and .csv are written.")],
     compression: Compression = "0.5",
     poisson: Poisson = "0.25",

@@ -127,4 +127,4 @@ def _draw_legend(shown: Sequence[Any], ax: Axes) -> None:
     marks: dict[str, Any] = {"ls": "none", "mec": INK, "mew": 0.7}
     handles += [Line2D([], [], **marks, **EVENTS[kind], label=NAMES[kind]) for kind in EVENTS if kind in events]
     if handles:
-        ax.legend(handles=handles, loc="best", handlelength=2.6)
+        ax.legend(handles=handles, loc="upper left", ncols=2, handlelength=2.6)
