@@ -79,7 +79,7 @@ def loci_command(
 def solve_command(
     angle: Angle,
     shear: Annotated[str, typer.Option(help="Shear dD.")],
-    state: Annotated[str, typer.Option(help="Name: U, W, w, uUu, uUui; of a pair one: US+, US-, WS+, TU+, TW+, S+ ...")],
+    state: Annotated[str, typer.Option(help="Name: U, W, w, uUu, uUui; of a pair: US+, US-, WS+, TU+, TW+, S+ ..")],
     out: Annotated[str, typer.Option(help="File for the solution; .h5 and .csv are written.")],
     compression: Compression = "0.5",
     poisson: Poisson = "0.25",
