@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from rodatlas.atlas import BranchCache, SliceSettings, compute_slice, reach
-from rodatlas.atlas.match import same_state
-from rodatlas.atlas.reach import split_name
+from rodatlas.atlas.slices.match import same_state
+from rodatlas.atlas.slices.reach import split_name
 from rodatlas.continuation import NewtonCode, NotConverged, Status
 from rodatlas.rods import index_of, is_symmetric
 
@@ -133,7 +133,7 @@ def test_closed_branches_and_fold_17_at_60_degrees():
 @pytest.mark.parametrize("factor", [0.3, 3.0])
 def test_nothing_is_missed_when_steps_change(slice_15, factor, monkeypatch):
     """The lists of bifurcations are the same when all steps are scaled."""
-    from rodatlas.atlas import follow, seeds
+    from rodatlas.atlas.slices import follow, seeds
 
     def scaled(**settings):
         from rodatlas.continuation import StepControl
@@ -193,7 +193,7 @@ def test_smooth_cuts_do_not_depend_on_the_steps(slice_30):
 
 
 def test_what_goes_wrong_at_the_reference_angle_is_said(monkeypatch):
-    from rodatlas.atlas import follow
+    from rodatlas.atlas.slices import follow
 
     monkeypatch.setattr(follow, "planar_seeds", lambda settings: ([], [f"nothing at {settings.angle_deg:g}"]))
     frontier = follow.follow_slice(SliceSettings(30.0))
@@ -201,7 +201,7 @@ def test_what_goes_wrong_at_the_reference_angle_is_said(monkeypatch):
 
 
 def test_a_state_that_cannot_be_carried_over_is_said(slice_15, monkeypatch):
-    from rodatlas.atlas import seeds
+    from rodatlas.atlas.slices import seeds
 
     def fails(*arguments, **options):
         raise NotConverged(NewtonCode.SLOW, "start of the run")

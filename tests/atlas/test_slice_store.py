@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from rodatlas.atlas import FolderCache, Slice, SliceSettings, compute_slice
-from rodatlas.atlas.store import stored_slice
+from rodatlas.atlas.slices.store import stored_slice
 
 
 class Interrupt(KeyboardInterrupt):

@@ -5,8 +5,9 @@ import math
 import numpy as np
 import pytest
 
-from rodatlas.atlas import BranchCache, SliceSettings, compute_slice, reach, seeds
-from rodatlas.atlas.follow import trace_options
+from rodatlas.atlas import BranchCache, SliceSettings, compute_slice, reach
+from rodatlas.atlas.slices import seeds
+from rodatlas.atlas.slices.follow import trace_options
 from rodatlas.continuation import EndReason, NewtonCode, NotConverged, trace
 from rodatlas.rods import (
     RodState,

@@ -8,7 +8,7 @@ import matplotlib as mpl
 import numpy as np
 import pytest
 
-from rodatlas.atlas.coexisting import coexisting_states, richest_shear
+from rodatlas.atlas.slices.coexisting import coexisting_states, richest_shear
 from rodatlas.plot import color_of, draw_profiles, draw_slice, draw_slice_figure, label_of, save_figure
 from rodatlas.plot.arrangement import crosses, isotonic
 from rodatlas.plot.curves import unique_events

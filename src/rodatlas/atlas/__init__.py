@@ -1,21 +1,17 @@
-"""Studies: the slice of the atlas at one setting, its store, and how a named state is reached.
+"""Studies: slices of the atlas, loci of bifurcations, their stores, and how a named state is reached.
 
-In the order of the work: `settings`; `seeds` (where branches start), `follow` (all that is connected to them), `cache`
-(finished branches of a run under way), `match` (is this the same state?); `segments`, `cuts`, `numbering` and `compute`
-(stable stretches, their names, the paper's numbers); `slice` (the result) and `store` (its file); `coexisting` and
-`reach` (single states of a slice). Bifurcations in angle and shear: `loci` (the result), `loci_compute`,
-`loci_numbering`, `loci_store`.
+`slices/`: all equilibria at one setting as the shear varies. `loci/`: bifurcations in clamp angle and shear.
 """
 
-from rodatlas.atlas.cache import BranchCache, FolderCache
-from rodatlas.atlas.coexisting import coexisting_states, richest_shear, solve_state
-from rodatlas.atlas.compute import compute_slice
-from rodatlas.atlas.follow import Followed
-from rodatlas.atlas.loci import Loci, LociSettings, Piece
-from rodatlas.atlas.loci_compute import compute_loci
-from rodatlas.atlas.reach import reach
-from rodatlas.atlas.settings import SliceSettings
-from rodatlas.atlas.slice import Event, Slice, SliceBranch, State, StateEnd
+from rodatlas.atlas.loci.compute import compute_loci
+from rodatlas.atlas.loci.result import Loci, LociSettings, Piece
+from rodatlas.atlas.slices.cache import BranchCache, FolderCache
+from rodatlas.atlas.slices.coexisting import coexisting_states, richest_shear, solve_state
+from rodatlas.atlas.slices.compute import compute_slice
+from rodatlas.atlas.slices.follow import Followed
+from rodatlas.atlas.slices.reach import reach
+from rodatlas.atlas.slices.result import Event, Slice, SliceBranch, State, StateEnd
+from rodatlas.atlas.slices.settings import SliceSettings
 
 __all__ = [
     "BranchCache", "Event", "FolderCache", "Followed", "Loci", "LociSettings", "Piece", "Slice", "SliceBranch",

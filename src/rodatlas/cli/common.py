@@ -13,8 +13,8 @@ from rich.console import Console
 from rich.progress import BarColumn, Progress, SpinnerColumn, TextColumn, TimeElapsedColumn
 
 if TYPE_CHECKING:
-    from rodatlas.atlas.follow import Progress as Report
-    from rodatlas.atlas.settings import SliceSettings
+    from rodatlas.atlas.slices.follow import Progress as Report
+    from rodatlas.atlas.slices.settings import SliceSettings
 
 
 def number(field: str, text: str) -> float:
@@ -27,7 +27,7 @@ def number(field: str, text: str) -> float:
 
 def settings_from(angle: str, compression: str, poisson: str, tol: str, shear_max: str = "") -> SliceSettings:
     """Settings of a slice from the texts that the user typed; an empty shear_max stands for the default."""
-    from rodatlas.atlas.settings import SliceSettings, default_shear_max, default_shear_min
+    from rodatlas.atlas.slices.settings import SliceSettings, default_shear_max, default_shear_min
 
     held = number("compression", compression)
     return SliceSettings(

@@ -15,8 +15,8 @@ from rodatlas.cli.common import json_target, number, progress_bar, writable_fold
 from rodatlas.cli.slice import slice_from, stem_of
 
 if TYPE_CHECKING:
-    from rodatlas.atlas.loci import Loci, LociSettings
-    from rodatlas.atlas.slice import Slice
+    from rodatlas.atlas.loci.result import Loci, LociSettings
+    from rodatlas.atlas.slices.result import Slice
     from rodatlas.cli.common import Report
 
 
@@ -25,8 +25,8 @@ def run(
     fresh: bool,
 ) -> None:  # fmt: skip
     """The command; texts come as typed and are checked here."""
-    from rodatlas.atlas.loci import LociSettings
-    from rodatlas.atlas.loci_compute import KNOWN, check_numbers
+    from rodatlas.atlas.loci.compute import KNOWN, check_numbers
+    from rodatlas.atlas.loci.result import LociSettings
 
     wanted = tuple(_whole(text) for text in numbers)
     check_numbers(wanted)
@@ -45,7 +45,7 @@ def run(
     if json_to == "-":
         sys.stdout.write(text)
     elif json_file is not None:
-        from rodatlas.atlas.cache import write_text
+        from rodatlas.atlas.slices.cache import write_text
 
         write_text(json_file, text)
 
@@ -59,8 +59,8 @@ def _whole(text: str) -> int:
 
 def _loci(settings: LociSettings, wanted: tuple[int, ...], folder: Path, fresh: bool, report: Report) -> Loci:
     """The loci from their data file, or computed from slices (which are read where they are) and written there."""
-    from rodatlas.atlas.loci_compute import compute_loci
-    from rodatlas.atlas.loci_store import stored_loci
+    from rodatlas.atlas.loci.compute import compute_loci
+    from rodatlas.atlas.loci.store import stored_loci
 
     data = folder / f"{_stem(settings)}.h5"
     known = None if fresh else stored_loci(data, settings, wanted)
@@ -85,7 +85,7 @@ def _stem(settings: LociSettings) -> str:
 
 def _files(found: Loci, wanted: tuple[int, ...], folder: Path) -> list[Path]:
     """Draw the figure and write the data as JSON; the files that are there now."""
-    from rodatlas.atlas.cache import write_text
+    from rodatlas.atlas.slices.cache import write_text
     from rodatlas.plot import draw_loci_figure, save_figure
 
     stem = _stem(found.settings)

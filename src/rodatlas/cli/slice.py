@@ -14,7 +14,7 @@ from rodatlas.cli.common import json_target, progress_bar, settings_from, writab
 
 if TYPE_CHECKING:
     from rodatlas.atlas import Slice, SliceSettings
-    from rodatlas.atlas.follow import Progress as Report
+    from rodatlas.atlas.slices.follow import Progress as Report
 
 
 def run(
@@ -24,7 +24,7 @@ def run(
     settings = settings_from(angle, compression, poisson, tol, shear_max)
     folder = writable_folder(out)
     json_file = json_target(json_to)
-    from rodatlas.atlas.cache import write_text
+    from rodatlas.atlas.slices.cache import write_text
 
     stem = stem_of(settings)
     data = folder / f"{stem}.h5"
@@ -51,7 +51,7 @@ def run(
 def slice_from(settings: SliceSettings, data: Path, fresh: bool, report: Report) -> Slice:
     """The slice from its data file, or computed and written there; what an interrupted run has finished is used."""
     from rodatlas.atlas import FolderCache, compute_slice
-    from rodatlas.atlas.store import stored_slice
+    from rodatlas.atlas.slices.store import stored_slice
 
     known = None if fresh else stored_slice(data, settings)
     if known is not None:

@@ -22,7 +22,7 @@ def run(angle: str, shear: str, state: str, out: str, compression: str, poisson:
     settings = settings_from(angle, compression, poisson, tol)
     Ends(settings.angle_deg, settings.compression, value)
     path = _target(out)
-    from rodatlas.atlas.reach import reach, split_name
+    from rodatlas.atlas.slices.reach import reach, split_name
 
     split_name(state)
     with progress_bar(f"{state} at {settings.angle_deg:g} deg, shear {value:g}") as report:

@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass, field, replace
 
-from rodatlas.atlas.cache import BranchCache, PrefixedCache
-from rodatlas.atlas.match import FREE, lies_on, same_state
-from rodatlas.atlas.seeds import Seed, carried_seeds, planar_seeds, twisted_seeds
-from rodatlas.atlas.settings import SliceSettings
+from rodatlas.atlas.slices.cache import BranchCache, PrefixedCache
+from rodatlas.atlas.slices.match import FREE, lies_on, same_state
+from rodatlas.atlas.slices.seeds import Seed, carried_seeds, planar_seeds, twisted_seeds
+from rodatlas.atlas.slices.settings import SliceSettings
 from rodatlas.continuation import (
     Branch,
     EndReason,

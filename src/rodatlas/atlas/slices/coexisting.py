@@ -6,9 +6,9 @@ from collections.abc import Iterable
 
 import numpy as np
 
-from rodatlas.atlas.match import state_at_shear
-from rodatlas.atlas.settings import SliceSettings
-from rodatlas.atlas.slice import Slice, State
+from rodatlas.atlas.slices.match import state_at_shear
+from rodatlas.atlas.slices.result import Slice, State
+from rodatlas.atlas.slices.settings import SliceSettings
 from rodatlas.continuation import Solution
 from rodatlas.rods.symmetry import plus_member
 

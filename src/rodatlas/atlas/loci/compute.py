@@ -7,11 +7,11 @@ import time
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 
-from rodatlas.atlas.follow import Progress
-from rodatlas.atlas.loci import Loci, LociSettings
-from rodatlas.atlas.loci_numbering import ENDS, Stretch, lies_on, numbered, pieces, stretches
-from rodatlas.atlas.settings import REFERENCE_ANGLE_DEG
-from rodatlas.atlas.slice import Event, Slice
+from rodatlas.atlas.loci.numbering import ENDS, Stretch, lies_on, numbered, pieces, stretches
+from rodatlas.atlas.loci.result import Loci, LociSettings
+from rodatlas.atlas.slices.follow import Progress
+from rodatlas.atlas.slices.result import Event, Slice
+from rodatlas.atlas.slices.settings import REFERENCE_ANGLE_DEG
 from rodatlas.continuation import (
     Locus,
     MeshControl,

@@ -6,14 +6,14 @@ import time
 from dataclasses import replace
 from itertools import pairwise
 
-from rodatlas.atlas.cache import BranchCache
-from rodatlas.atlas.cuts import cut_segment
-from rodatlas.atlas.follow import Followed, Frontier, Progress, follow_slice
-from rodatlas.atlas.match import same_state
-from rodatlas.atlas.numbering import ENDS, number_neighbors
-from rodatlas.atlas.segments import Bound, Segment, stable_segments
-from rodatlas.atlas.settings import SliceSettings
-from rodatlas.atlas.slice import Event, Slice, SliceBranch, State, StateEnd
+from rodatlas.atlas.slices.cache import BranchCache
+from rodatlas.atlas.slices.cuts import cut_segment
+from rodatlas.atlas.slices.follow import Followed, Frontier, Progress, follow_slice
+from rodatlas.atlas.slices.match import same_state
+from rodatlas.atlas.slices.numbering import ENDS, number_neighbors
+from rodatlas.atlas.slices.result import Event, Slice, SliceBranch, State, StateEnd
+from rodatlas.atlas.slices.segments import Bound, Segment, stable_segments
+from rodatlas.atlas.slices.settings import SliceSettings
 from rodatlas.continuation import SpecialPoint
 from rodatlas.continuation.events import turns_at
 from rodatlas.rods.symmetry import is_symmetric

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from itertools import pairwise
 
-from rodatlas.atlas.settings import SliceSettings
+from rodatlas.atlas.slices.settings import SliceSettings
 from rodatlas.continuation import Branch, MeshControl, NotConverged, Point, Solution, TraceOptions, solve
 from rodatlas.rods.perfectly_anisotropic import rod_problem
 

@@ -13,9 +13,9 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from rodatlas.atlas.follow import Followed
-from rodatlas.atlas.settings import SliceSettings
-from rodatlas.atlas.slice import Event, Slice, SliceBranch, State, StateEnd
+from rodatlas.atlas.slices.follow import Followed
+from rodatlas.atlas.slices.result import Event, Slice, SliceBranch, State, StateEnd
+from rodatlas.atlas.slices.settings import SliceSettings
 from rodatlas.continuation.store import (
     atomic_hdf5,
     checked_hdf5,

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from rodatlas.atlas.cache import BranchCache
-from rodatlas.atlas.coexisting import solve_state
-from rodatlas.atlas.compute import compute_slice
-from rodatlas.atlas.follow import Progress
-from rodatlas.atlas.settings import SliceSettings
-from rodatlas.atlas.slice import Slice
+from rodatlas.atlas.slices.cache import BranchCache
+from rodatlas.atlas.slices.coexisting import solve_state
+from rodatlas.atlas.slices.compute import compute_slice
+from rodatlas.atlas.slices.follow import Progress
+from rodatlas.atlas.slices.result import Slice
+from rodatlas.atlas.slices.settings import SliceSettings
 from rodatlas.continuation import Solution
 from rodatlas.rods.symmetry import pair_member, reverse
 from rodatlas.states.names import NAMES

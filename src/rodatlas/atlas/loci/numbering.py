@@ -12,7 +12,7 @@ from itertools import pairwise
 
 import numpy as np
 
-from rodatlas.atlas.loci import Piece, PieceEvent, at_angle, point_of
+from rodatlas.atlas.loci.result import Piece, PieceEvent, at_angle, point_of
 from rodatlas.continuation import Locus, LocusEvent, Solution
 
 # (number, kinds of the turns passed from there on) -> number

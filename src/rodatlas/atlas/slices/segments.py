@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from rodatlas.atlas.follow import Followed
+from rodatlas.atlas.slices.follow import Followed
 from rodatlas.continuation import Branch, EndReason, Point, Solution, SpecialPoint
 
 

@@ -5,9 +5,9 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable
 
-from rodatlas.atlas.cache import BranchCache
-from rodatlas.atlas.match import crossings
-from rodatlas.atlas.settings import (
+from rodatlas.atlas.slices.cache import BranchCache
+from rodatlas.atlas.slices.match import crossings
+from rodatlas.atlas.slices.settings import (
     REFERENCE_ANGLE_DEG,
     REFERENCE_COMPRESSION,
     REFERENCE_POISSON,

@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 from itertools import pairwise
 
-from rodatlas.atlas.match import state_at_shear
-from rodatlas.atlas.settings import SliceSettings
+from rodatlas.atlas.slices.match import state_at_shear
+from rodatlas.atlas.slices.settings import SliceSettings
 from rodatlas.continuation import Solution
 from rodatlas.states.names import Part, middle_curvature
 

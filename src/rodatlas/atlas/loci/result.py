@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from rodatlas import __version__
-from rodatlas.atlas.settings import SliceSettings, default_shear_max
+from rodatlas.atlas.slices.settings import SliceSettings, default_shear_max
 from rodatlas.continuation import Locus, LocusEvent, LocusPoint, Solution
 from rodatlas.rods.band import check_number, limiting_shear
 
@@ -138,14 +138,14 @@ class Loci:
 
     def save(self, path: str | os.PathLike[str]) -> None:
         """Write to an HDF5 file, which replaces an older one only when complete."""
-        from rodatlas.atlas.loci_store import save_loci
+        from rodatlas.atlas.loci.store import save_loci
 
         save_loci(path, self)
 
     @classmethod
     def load(cls, path: str | os.PathLike[str]) -> Loci:
         """Read what :meth:`save` wrote; ValueError when the file is damaged or holds something else."""
-        from rodatlas.atlas.loci_store import load_loci
+        from rodatlas.atlas.loci.store import load_loci
 
         return load_loci(path)
 

@@ -6,7 +6,7 @@ import json
 import os
 from pathlib import Path
 
-from rodatlas.atlas.settings import SliceSettings
+from rodatlas.atlas.slices.settings import SliceSettings
 from rodatlas.continuation import Branch
 
 SETTINGS = "settings.json"

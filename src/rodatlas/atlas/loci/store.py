@@ -9,8 +9,8 @@ import os
 from dataclasses import replace
 from pathlib import Path
 
-from rodatlas.atlas.loci import Loci, LociSettings
-from rodatlas.atlas.loci_numbering import Stretch, pieces, stretches
+from rodatlas.atlas.loci.numbering import Stretch, pieces, stretches
+from rodatlas.atlas.loci.result import Loci, LociSettings
 from rodatlas.continuation.locus_store import read_locus, write_locus
 from rodatlas.continuation.store import atomic_hdf5, checked_hdf5
 

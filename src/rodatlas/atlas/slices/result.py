@@ -6,8 +6,8 @@ import os
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
-from rodatlas.atlas.follow import Followed
-from rodatlas.atlas.settings import SliceSettings
+from rodatlas.atlas.slices.follow import Followed
+from rodatlas.atlas.slices.settings import SliceSettings
 from rodatlas.continuation import Solution, SpecialPoint
 
 if TYPE_CHECKING:
@@ -164,14 +164,14 @@ class Slice:
 
     def save(self, path: str | os.PathLike[str]) -> None:
         """Write to an HDF5 file, which replaces an older one only when complete."""
-        from rodatlas.atlas.store import save_slice
+        from rodatlas.atlas.slices.store import save_slice
 
         save_slice(path, self)
 
     @classmethod
     def load(cls, path: str | os.PathLike[str]) -> Slice:
         """Read what :meth:`save` wrote; ValueError when the file is damaged or holds something else."""
-        from rodatlas.atlas.store import load_slice
+        from rodatlas.atlas.slices.store import load_slice
 
         return load_slice(path)
 

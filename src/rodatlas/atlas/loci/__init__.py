@@ -1,0 +1,1 @@
+"""Loci of numbered bifurcations in clamp angle and shear: `compute`, `numbering`, `result` and `store` (its file)."""
