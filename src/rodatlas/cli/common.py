@@ -63,6 +63,11 @@ def json_target(text: str) -> Path | None:
     return path
 
 
+def note(line: str) -> None:
+    """Tell the user something about the run, on stderr."""
+    print(line, file=sys.stderr)
+
+
 @contextmanager
 def progress_bar(title: str) -> Iterator[Report]:
     """A bar on stderr; without a terminal, one line per branch."""

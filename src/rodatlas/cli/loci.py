@@ -11,13 +11,10 @@ from typing import TYPE_CHECKING
 from rich.console import Console
 from rich.table import Table
 
-from rodatlas.cli.common import json_target, number, progress_bar, writable_folder
-from rodatlas.cli.slice import slice_from, stem_of
+from rodatlas.cli.common import json_target, note, number, progress_bar, writable_folder
 
 if TYPE_CHECKING:
-    from rodatlas.atlas.loci.result import Loci, LociSettings
-    from rodatlas.atlas.slices.result import Slice
-    from rodatlas.cli.common import Report
+    from rodatlas.atlas.loci.result import Loci
 
 
 def run(
@@ -25,7 +22,8 @@ def run(
     fresh: bool,
 ) -> None:  # fmt: skip
     """The command; texts come as typed and are checked here."""
-    from rodatlas.atlas.loci.compute import KNOWN, check_numbers
+    from rodatlas.atlas.loci.compute import check_numbers
+    from rodatlas.atlas.loci.obtain import obtain_loci
     from rodatlas.atlas.loci.result import LociSettings
 
     wanted = tuple(_whole(text) for text in numbers)
@@ -37,7 +35,7 @@ def run(
     folder = writable_folder(out)
     json_file = json_target(json_to)
     with progress_bar("loci") as report:
-        found = _loci(settings, wanted or KNOWN, folder, fresh, report)
+        found = obtain_loci(settings, folder, wanted, report, fresh=fresh, say=note)
         report("figures", len(found.curves), 0)
         files = _files(found, wanted, folder)
     text = json.dumps(found.to_json(wanted), indent=1) + "\n"
@@ -57,38 +55,13 @@ def _whole(text: str) -> int:
         raise ValueError(f"number: expected a whole number, got '{text}'") from None
 
 
-def _loci(settings: LociSettings, wanted: tuple[int, ...], folder: Path, fresh: bool, report: Report) -> Loci:
-    """The loci from their data file, or computed from slices (which are read where they are) and written there."""
-    from rodatlas.atlas.loci.compute import compute_loci
-    from rodatlas.atlas.loci.store import stored_loci
-
-    data = folder / f"{_stem(settings)}.h5"
-    known = None if fresh else stored_loci(data, settings, wanted)
-    if known is not None:
-        print(f"read from {data} (--fresh computes everything again)", file=sys.stderr)
-        return known
-
-    def slice_of(angle: float) -> Slice:
-        at = settings.slice_at(angle)
-        return slice_from(at, folder / f"{stem_of(at)}.h5", fresh, report)
-
-    found = compute_loci(settings, slice_of, wanted, report)
-    found.save(data)
-    return found
-
-
-def _stem(settings: LociSettings) -> str:
-    """Name of the files: what differs from dL = 1/2, nu = 1/4 and 80 degrees."""
-    stem = stem_of(settings.slice_at(15.0)).removeprefix("slice-15")
-    return f"loci{stem}" + (f"-to{settings.angle_max:g}" if settings.angle_max != 80.0 else "")
-
-
 def _files(found: Loci, wanted: tuple[int, ...], folder: Path) -> list[Path]:
     """Draw the figure and write the data as JSON; the files that are there now."""
+    from rodatlas.atlas.loci.obtain import loci_stem_of
     from rodatlas.atlas.slices.cache import write_text
     from rodatlas.plot import draw_loci_figure, save_figure
 
-    stem = _stem(found.settings)
+    stem = loci_stem_of(found.settings)
     text = folder / f"{stem}.json"
     write_text(text, json.dumps(found.to_json(), indent=1) + "\n")
     return [*save_figure(draw_loci_figure(found, wanted), folder / stem), text, folder / f"{stem}.h5"]

@@ -10,11 +10,10 @@ from typing import TYPE_CHECKING
 from rich.console import Console
 from rich.table import Table
 
-from rodatlas.cli.common import json_target, progress_bar, settings_from, writable_folder
+from rodatlas.cli.common import json_target, note, progress_bar, settings_from, writable_folder
 
 if TYPE_CHECKING:
-    from rodatlas.atlas import Slice, SliceSettings
-    from rodatlas.atlas.slices.follow import Progress as Report
+    from rodatlas.atlas import Slice
 
 
 def run(
@@ -25,13 +24,13 @@ def run(
     folder = writable_folder(out)
     json_file = json_target(json_to)
     from rodatlas.atlas.slices.cache import write_text
+    from rodatlas.atlas.slices.obtain import obtain_slice, stem_of
 
     stem = stem_of(settings)
-    data = folder / f"{stem}.h5"
     with progress_bar(f"slice at {settings.angle_deg:g} deg") as report:
-        found = slice_from(settings, data, fresh, report)
+        found = obtain_slice(settings, folder, report, fresh=fresh, say=note)
         report("figures", len(found.branches), 0)
-        files = [*_figures(found, folder, stem), folder / f"{stem}.json", data]
+        files = [*_figures(found, folder, stem), folder / f"{stem}.json", folder / f"{stem}.h5"]
     text = json.dumps(found.to_json(), indent=1) + "\n"
     write_text(folder / f"{stem}.json", text)
     console = Console(stderr=json_to == "-")
@@ -46,36 +45,6 @@ def run(
         sys.stdout.write(text)
     elif json_file is not None:
         write_text(json_file, text)
-
-
-def slice_from(settings: SliceSettings, data: Path, fresh: bool, report: Report) -> Slice:
-    """The slice from its data file, or computed and written there; what an interrupted run has finished is used."""
-    from rodatlas.atlas import FolderCache, compute_slice
-    from rodatlas.atlas.slices.store import stored_slice
-
-    known = None if fresh else stored_slice(data, settings)
-    if known is not None:
-        print(f"read from {data} (--fresh computes everything again)", file=sys.stderr)
-        return known
-    cache = FolderCache(data.with_suffix(""), settings, fresh)
-    if len(cache):
-        print(f"resuming: {len(cache)} finished branches in {cache.folder}", file=sys.stderr)
-    try:
-        found = compute_slice(settings, cache, report)
-    except KeyboardInterrupt:
-        print(f"interrupted: {len(cache)} finished branches are kept in {cache.folder}; the same command resumes",
-              file=sys.stderr)  # fmt: skip
-        raise
-    found.save(data)
-    cache.clear()
-    return found
-
-
-def stem_of(settings: SliceSettings) -> str:
-    """Name of the files: the angle, and what differs from dL = 1/2 and nu = 1/4."""
-    other = f"-dL{settings.compression:g}" if settings.compression != 0.5 else ""
-    other += f"-nu{settings.poisson:g}" if settings.poisson != 0.25 else ""
-    return f"slice-{settings.angle_deg:g}{other}"
 
 
 def _figures(found: Slice, folder: Path, stem: str) -> list[Path]:

@@ -1,0 +1,56 @@
+"""A slice from the file of a folder, or computed and written there."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+
+from rodatlas.atlas.slices.cache import FolderCache
+from rodatlas.atlas.slices.compute import compute_slice
+from rodatlas.atlas.slices.follow import Progress
+from rodatlas.atlas.slices.result import Slice
+from rodatlas.atlas.slices.settings import SliceSettings
+from rodatlas.atlas.slices.store import stored_slice
+
+Say = Callable[[str], None]
+"""Told in one line what is read, resumed or kept."""
+
+
+def stem_of(settings: SliceSettings) -> str:
+    """Name of the files of a slice: the angle, and what differs from dL = 1/2 and nu = 1/4."""
+    other = f"-dL{settings.compression:g}" if settings.compression != 0.5 else ""
+    other += f"-nu{settings.poisson:g}" if settings.poisson != 0.25 else ""
+    return f"slice-{settings.angle_deg:g}{other}"
+
+
+def obtain_slice(
+    settings: SliceSettings, folder: Path, progress: Progress | None = None, *, fresh: bool = False,
+    say: Say | None = None,
+) -> Slice:  # fmt: skip
+    """The slice from its data file in a folder, or computed and written there.
+
+    Branches that an interrupted run has finished are used; they lie in a folder beside the file until it is complete.
+
+    Parameters
+    ----------
+    progress : called as the work goes on.
+    fresh : compute everything again.
+    say : told what is read, resumed or kept.
+    """
+    say = say or (lambda line: None)
+    data = folder / f"{stem_of(settings)}.h5"
+    known = None if fresh else stored_slice(data, settings)
+    if known is not None:
+        say(f"read from {data} (--fresh computes everything again)")
+        return known
+    cache = FolderCache(data.with_suffix(""), settings, fresh)
+    if len(cache):
+        say(f"resuming: {len(cache)} finished branches in {cache.folder}")
+    try:
+        found = compute_slice(settings, cache, progress)
+    except KeyboardInterrupt:
+        say(f"interrupted: {len(cache)} finished branches are kept in {cache.folder}; the same command resumes")
+        raise
+    found.save(data)
+    cache.clear()
+    return found
