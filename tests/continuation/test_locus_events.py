@@ -116,7 +116,7 @@ def test_fold_passes_a_branch_point_seen_from_both_loci():
     from_folds = in_plane(bvp, side.of_kind("fold")[0])
     np.testing.assert_allclose(from_folds.column("lam"), -from_folds.column("mu") ** 2 / 4, atol=1e-9)
     assert summary(from_folds) == [("coalescence", "")]
-    np.testing.assert_allclose(place(from_folds.events[0]), 0.0, atol=1e-6)
+    np.testing.assert_allclose(place(from_folds.events[0]), 0.0, atol=1e-8)
 
 
 def independent():
@@ -252,3 +252,15 @@ def test_an_interrupted_locus_is_kept():
         in_plane(bvp, fold, on_point=stop)
     assert len(caught.value.locus) == 6
     assert caught.value.locus.ends[1] is EndReason.INTERRUPTED
+
+
+@pytest.mark.parametrize("mu", [0.02, -0.02, 0.6])
+def test_a_closed_locus_counts_each_event_once(mu):
+    """Also when it starts right beside one: the last step passes that event a second time."""
+    bvp = algebraic(lambda u, p: [u.x**2 + p.lam**2 + p.mu**2 - 1], parameters=PLANE)
+    fold = first_special(bvp, "fold", -2.0, 2.0, [(1 - mu**2) ** 0.5], lam=0.0, mu=mu)
+    locus = in_plane(bvp, fold, bound=3.0)
+    assert locus.closed
+    assert sorted(summary(locus)) == [("extremum", "lam")] * 2 + [("extremum", "mu")] * 2
+    assert locus.points[-1].solution is locus.points[0].solution
+    assert locus.points[-1].arclength == pytest.approx(2 * np.pi, rel=1e-2)

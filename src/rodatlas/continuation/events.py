@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from rodatlas.continuation.augmented import Augmented, branch_directions, solve_branch_point, solve_fold
-from rodatlas.continuation.collocation import Collocation, add, scaled
+from rodatlas.continuation.collocation import Collocation, add, hermite, scaled
 from rodatlas.continuation.frame import Frame, smallest_singular
 from rodatlas.continuation.linear import Columns
 from rodatlas.continuation.newton import fixed, newton, plane
@@ -83,11 +83,8 @@ class Segment:
 
     def interpolate(self, fraction: float) -> Columns:
         """Cubic Hermite interpolation of the curve."""
-        t, h = fraction, self.step
-        a, b = 1 - 3 * t**2 + 2 * t**3, 3 * t**2 - 2 * t**3
-        c, d = h * (t - 2 * t**2 + t**3), h * (t**3 - t**2)
-        x = scaled(self.left.x, a)
-        return add(x, (b, self.right.x), (c, self.left.tangent), (d, self.right.tangent))
+        ends, tangents = (self.left.x, self.right.x), (self.left.tangent, self.right.tangent)
+        return hermite(ends, tangents, self.step, fraction)
 
     def direction(self, fraction: float) -> Columns:
         t = add(scaled(self.left.tangent, 1 - fraction), (fraction, self.right.tangent))

@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import replace
 
-from rodatlas.continuation.collocation import add, free_indices, scaled
-from rodatlas.continuation.locus_events import PITCHFORK, crowded, locate, on_curve, watched
+from rodatlas.continuation.collocation import add, arc_length, free_indices, scaled
+from rodatlas.continuation.locus_events import PITCHFORK, crowded, locate, watched
 from rodatlas.continuation.locus_frame import LocusFrame, Sought, adapted, correct, first_frame
 from rodatlas.continuation.locus_results import Locus, LocusEvent, LocusPoint
 from rodatlas.continuation.locus_stretch import Stretch
@@ -128,7 +128,7 @@ class _Walk:
         largest = step
         while self.end is None:
             tried = self._attempt(step)
-            stretch = self._landed(tried[0], step) if tried else None
+            stretch = self._landed(*tried[:2]) if tried else None
             if self.end is not None:
                 break
             events = self._events(stretch, step, largest) if stretch is not None else None
@@ -142,7 +142,7 @@ class _Walk:
                 break
             self.end = EndReason.RANGE if stretch.right is not tried[0] else None
             self._accept(stretch, events)
-            step = largest = control.next_step(step, tried[1], stretch.right.iterations)
+            step = largest = control.next_step(step, tried[2], stretch.right.iterations)
 
     def _events(self, stretch: Stretch, step: float, largest: float) -> list[LocusEvent] | None:
         """The special points on a stretch; None when a shorter step should tell more."""
@@ -154,8 +154,8 @@ class _Walk:
             return None
         return sorted(events, key=lambda e: e.arclength)
 
-    def _attempt(self, step: float) -> tuple[LocusFrame, float] | None:
-        """Correct a step: the frame and the first correction; None when a smaller step is needed."""
+    def _attempt(self, step: float) -> tuple[LocusFrame, float, float] | None:
+        """Correct a step: the frame, its distance and the first correction; None when a smaller step is needed."""
         control, here = self.options.step, self.frame
         found = correct(self.sought, here, here.predict(step), here.tangent, self.options)
         if found is None:
@@ -163,7 +163,8 @@ class _Walk:
         frame, corrections = found
         if sum(corrections) > control.max_correction * step:
             return None
-        if here.colloc.inner(frame.tangent, here.tangent) < control.min_cosine:
+        cosine = here.colloc.inner(frame.tangent, here.tangent)
+        if cosine < control.min_cosine:
             return None
         chord = add(frame.x, (-1.0, here.x))
         length = here.colloc.norm(chord)
@@ -172,7 +173,8 @@ class _Walk:
             return None
         if not _continues(here, frame):
             return None
-        return replace(frame, behind=(here.x, here.tangent)), corrections[0]
+        distance = arc_length(length, cosine)
+        return replace(frame, behind=(here.x, here.tangent, distance)), distance, corrections[0]
 
     def _accept(self, stretch: Stretch, events: list[LocusEvent]) -> None:
         ending = next((e for e in events if self.sought.kind == "fold" and e.kind == "criticality"), None)
@@ -182,13 +184,17 @@ class _Walk:
             self.points.append(replace(self._point(stretch.left), solution=ending.solution))
             self.end = EndReason.CRITICALITY
             return
-        closing = on_curve(stretch.right, self.start, stretch.step) if len(self.points) >= 4 else None
+        closing = stretch.passes(self.start) if self.end is None and len(self.points) >= 4 else None
+        if closing is not None:  # what lies beyond the start was found when the walk began
+            self.arclength += closing * stretch.step
+            self.events += [e for e in events if e.arclength <= self.arclength]
+            self.points.append(replace(self.points[0], arclength=self.arclength))
+            self.end = EndReason.CLOSED
+            return
         self.events += events
         self.frame = stretch.right
         self.arclength += stretch.step
         self.points.append(self._point(stretch.right))
-        if self.end is None and closing is not None:
-            self.end = EndReason.CLOSED
         if self.end is None and len(self.points) > self.options.max_points:
             self.end = EndReason.POINT_LIMIT
         if self.options.on_point is not None:

@@ -9,7 +9,6 @@ import numpy as np
 
 from rodatlas.continuation.collocation import add
 from rodatlas.continuation.events import dips
-from rodatlas.continuation.linear import Columns
 from rodatlas.continuation.locus_frame import LocusFrame, Sought, correct, frame_at
 from rodatlas.continuation.locus_results import LocusEvent
 from rodatlas.continuation.locus_stretch import LOCATED, Stretch, Test
@@ -17,6 +16,7 @@ from rodatlas.continuation.normal_form import cusp_form, fold_quadratic
 from rodatlas.continuation.results import Status
 
 PITCHFORK = 1e-6  # quadratic coefficient below which a branch point is a pitchfork
+PERSISTS = 1e-6  # largest artificial unknown of a branch point that needs no perturbation
 ROUND_OFF = 1e-9  # values of a test function that mean nothing
 
 
@@ -25,7 +25,8 @@ class Watched:
     """A test function, what its zero is called, and which parameter is extreme there.
 
     singular : the equations of the locus are singular there; precise : a smooth test for location, where `test` is
-        good for detection only.
+        good for detection only; on_points : on a locus of folds, the test function that vanishes there along the locus
+        of branch points that is met, whose equations are regular.
     """
 
     kind: str
@@ -34,6 +35,7 @@ class Watched:
     parameter: str = ""
     singular: bool = False
     precise: Callable[[Stretch], Test] | None = None
+    on_points: str = ""
 
     def changes(self, stretch: Stretch) -> bool:
         """Whether it changes sign on a stretch, by more than round-off."""
@@ -82,10 +84,11 @@ def _meeting(stretch: Stretch, turns: int) -> Watched | None:
     if left @ right >= 0:
         return None
     i = int(np.argmax(np.abs(left - right)))
-    kind, what = "coalescence", "the fold passes through a branch point"
+    kind, what, on_points = "coalescence", "the fold passes through a branch point", "quadratic"
     if turns == 2:
         kind, what = "criticality", "the pitchfork here changes between super- and subcritical"
-    return Watched(kind, lambda f: f.tests.shares[i], what, singular=True)
+        on_points = "criticality"
+    return Watched(kind, lambda f: f.tests.shares[i], what, singular=True, on_points=on_points)
 
 
 def _ends(stretch: Stretch) -> tuple[LocusFrame, LocusFrame]:
@@ -114,7 +117,7 @@ def _candidates(stretch: Stretch) -> list[Watched]:
     zeros = [Watched(f"zero of {name}", _crossing(name, value), f"{name} = {value:g}")
              for name, value in stretch.options.zeros.items()]  # fmt: skip
     if stretch.sought.kind == "fold":
-        return [_CUSP, _second_kernel("coalescence", "the fold meets a branch point"), *zeros]
+        return [_CUSP, _second_kernel("coalescence", "the fold meets a branch point", "trunk"), *zeros]
     if stretch.sought.kind == "branch point":
         other = _second_kernel("crossing", "another branch point at the same solution")
         return [_CRITICALITY if stretch.sought.pitchfork else _QUADRATIC, _TRUNK, other, *zeros]
@@ -142,9 +145,12 @@ def locate(stretch: Stretch, what: Watched, names: tuple[str, ...]) -> LocusEven
     """The special point, located by root finding on corrected points and told apart by its normal form."""
     test = what.precise(stretch) if what.precise else what.test
     found = stretch.singular_root(test) if what.singular else stretch.root(test)
-    if found and stretch.sought.kind == "fold" and what.kind == "criticality":
-        exact = _turning_pitchfork(stretch, found[0])
-        found = None if exact is None else (exact, found[1])
+    if found and what.on_points:
+        exact = _on_branch_points(stretch, found[0], what.on_points)
+        if exact is not None:
+            found, test = (exact, found[1]), _value(what.on_points)
+        elif what.kind == "criticality":  # interpolation is no good for it
+            found = None
     status = Status.CONVERGED if found else Status.BRACKETED
     at, fraction = found or (stretch.right, 1.0)
     arclength = stretch.start + fraction * stretch.step
@@ -158,23 +164,26 @@ def locate(stretch: Stretch, what: Watched, names: tuple[str, ...]) -> LocusEven
     return event
 
 
-def _turning_pitchfork(stretch: Stretch, near: LocusFrame) -> LocusFrame | None:
-    """The pitchfork that changes between super- and subcritical, on the locus of pitchforks, from a fold close to it.
+def _on_branch_points(stretch: Stretch, near: LocusFrame, name: str) -> LocusFrame | None:
+    """Where a test function vanishes on the locus of branch points that a locus of folds meets close to a frame.
 
-    On the locus of folds the place is ill-conditioned: an imperfection e of the discrete problem moves it by e^(1/5).
+    There its own equations are singular: points near by, from which the place was interpolated, are known to a part of
+    what the arithmetic allows, and at a pitchfork that turns subcritical an imperfection e of the discrete problem
+    moves it by e^(1/5). Those of the branch points are regular. None when no branch point persists there.
     """
-    sought = Sought("branch point", pitchfork=True)
+    sought = Sought("branch point", pitchfork=name == "criticality")
     here = frame_at(sought, near.colloc, near.x, stretch.options)
     step = 0.1 * stretch.step
     for _ in range(12):
         ahead = None
         if here is not None:
             ahead = correct(sought, here, here.predict(step), here.tangent, stretch.options, exact=True)
-        if here is None or ahead is None:
+        if here is None or ahead is None or abs(ahead[0].unfolding) > PERSISTS:
             return None
-        values = [f.tests.values["criticality"] for f in (here, ahead[0])]
+        values = [f.tests.values[name] for f in (here, ahead[0])]
         if abs(step) < LOCATED:
-            return ahead[0]
+            away = near.colloc.norm(add(ahead[0].x, (-1.0, near.x)))
+            return ahead[0] if away < max(0.1 * stretch.step, 0.01) else None
         if values[0] == values[1]:
             return None
         here, step = ahead[0], step * values[1] / (values[0] - values[1])
@@ -201,9 +210,13 @@ def _turn(sought: Sought, at: LocusFrame, parameter: int) -> str:
     return f"isola center: a closed branch {'appears' if grows else 'vanishes'} as the parameter grows"
 
 
-def _second_kernel(kind: str, what: str) -> Watched:
+def _second_kernel(kind: str, what: str, on_points: str = "") -> Watched:
     """One more vector in the kernel: the bordered determinant changes sign."""
-    return Watched(kind, lambda frame: frame.tests.determinant[0], what, singular=True, precise=_determinant)
+    return Watched(kind, _sign, what, singular=True, precise=_determinant, on_points=on_points)
+
+
+def _sign(frame: LocusFrame) -> float:
+    return frame.tests.determinant[0]
 
 
 def _determinant(stretch: Stretch) -> Test:
@@ -224,15 +237,3 @@ def _determinant(stretch: Stretch) -> Test:
 
 def _component(i: int) -> Test:
     return lambda frame: float(frame.tangent.scalars[i])
-
-
-def on_curve(frame: LocusFrame, other: LocusFrame, step: float) -> Columns | None:
-    """State of another frame on this one's mesh when it lies just behind on the same curve, else None."""
-    if np.abs(other.x.scalars - frame.x.scalars).max() > 2 * step:
-        return None
-    x0 = other.colloc.interpolate(other.x, frame.colloc)
-    t0 = other.colloc.interpolate(other.tangent, frame.colloc)
-    ahead = frame.colloc.inner(add(frame.x, (-1.0, x0)), t0)
-    off = frame.colloc.norm(add(frame.x, (-1.0, x0), (-ahead, t0)))
-    near = 0.0 <= ahead <= step and off < 0.1 * step and frame.colloc.inner(frame.tangent, t0) > 0.9
-    return x0 if near else None

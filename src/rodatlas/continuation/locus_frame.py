@@ -51,7 +51,7 @@ class Sought:
 
 @dataclass(frozen=True)
 class LocusFrame:
-    """A point of the locus on its discretization; `behind` are state and tangent of the point before.
+    """A point of the locus on its discretization; `behind` are state, tangent and distance of the one before.
 
     `unfolding` is the artificial unknown of a branch point; `noise` the distance to the iterate at which tangent and
     test functions were evaluated; `rate` bounds error / correction^2 of Newton's method; `estimated` are intervals and
@@ -63,7 +63,7 @@ class LocusFrame:
     tangent: Columns
     border: Border
     tests: Tests = field(default_factory=Tests)
-    behind: tuple[Columns, Columns] | None = None
+    behind: tuple[Columns, Columns, float] | None = None
     rate: float = 1e3
     error: float = float("nan")
     iterations: int = 0
@@ -76,8 +76,7 @@ class LocusFrame:
         """Where the curve is expected after a step: cubic Hermite extrapolation from here and the point before."""
         if self.behind is None:
             return add(self.x, (step, self.tangent))
-        x, t = self.behind
-        h = self.colloc.norm(add(self.x, (-1.0, x)))
+        x, t, h = self.behind
         r = step / h
         # p(s) = x0 + s t0 + s^2 (3 A + B) + s^3 (2 A + B)/h, with A = (x - x0 + h t0)/h^2 and B = (t - t0)/h
         square, cube = r**2, r**3
@@ -179,7 +178,7 @@ def on_mesh(frame: LocusFrame, mesh: np.ndarray) -> LocusFrame:
     old = frame.colloc
     new = Collocation(old.bvp, mesh, old.scheme.points, old.base, list(old.free), old.scale, old.backend)
     carry = old.carrier(new)
-    behind = (carry(frame.behind[0]), carry(frame.behind[1])) if frame.behind is not None else None
+    behind = (carry(frame.behind[0]), carry(frame.behind[1]), frame.behind[2]) if frame.behind is not None else None
     vectors = tuple(carry(v) for v in frame.border.vectors)
     border = Border(vectors, _carried_column(frame, new))
     return replace(

@@ -7,11 +7,12 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from rodatlas.continuation.collocation import add, scaled
+from rodatlas.continuation.collocation import add, arc_length, hermite, scaled
 from rodatlas.continuation.linear import Columns
 from rodatlas.continuation.locus_frame import LocusFrame, Sought, correct
 from rodatlas.continuation.options import TraceOptions
 
+CLOSE = 0.01  # arclength; points nearer to a singular one are worse than interpolation between those further away
 LOCATED = 1e-8  # arclength to which a special point is known
 Test = Callable[[LocusFrame], float]
 
@@ -40,15 +41,12 @@ class Stretch:
         found = correct(self.sought, self.right, guess, normal, self.options, exact=True)
         if found is None or self.right.colloc.norm(add(found[0].x, (-1.0, guess))) > 0.1 * self.step:
             return None
-        return replace(found[0], behind=(self.left.x, self.left.tangent))
+        return replace(found[0], behind=(self.left.x, self.left.tangent, fraction * self.step))
 
     def _interpolated(self, t: float) -> tuple[Columns, Columns]:
         """Place and direction at a fraction t."""
-        h = self.step
-        a, b = 1 - 3 * t**2 + 2 * t**3, 3 * t**2 - 2 * t**3
-        c, d = h * (t - 2 * t**2 + t**3), h * (t**3 - t**2)
         one, two = self.left, self.right
-        guess = add(scaled(one.x, a), (b, two.x), (c, one.tangent), (d, two.tangent))
+        guess = hermite((one.x, two.x), (one.tangent, two.tangent), self.step, t)
         normal = add(scaled(one.tangent, 1 - t), (t, two.tangent))
         return guess, scaled(normal, 1.0 / two.colloc.norm(normal))
 
@@ -78,6 +76,29 @@ class Stretch:
             fraction = float(ahead)
         return None
 
+    def passes(self, other: LocusFrame) -> float | None:
+        """Fraction of the step at which it passes another frame, in the same direction; else None.
+
+        A near miss is not enough: the locus is corrected in the plane through the other point and has to meet it.
+        """
+        left, colloc = self.left, self.right.colloc
+        if np.abs(other.x.scalars - left.x.scalars).max() > 2 * self.step:
+            return None
+        x0, t0 = (other.colloc.interpolate(v, colloc) for v in (other.x, other.tangent))
+        chord = add(self.right.x, (-1.0, left.x))
+        fraction = colloc.inner(chord, add(x0, (-1.0, left.x))) / colloc.inner(chord, chord)
+        if not 0.0 < fraction <= 1.0:
+            return None
+        guess, direction = self._interpolated(fraction)
+        gap = add(x0, (-1.0, guess))
+        if colloc.norm(gap) > 0.1 * self.step or colloc.inner(t0, direction) < 0.95:
+            return None
+        found = correct(self.sought, self.right, add(guess, (colloc.inner(t0, gap), t0)), t0, self.options)
+        if found is None:
+            return None
+        missed = colloc.norm(add(found[0].x, (-1.0, x0)))
+        return fraction if missed < 1e-3 * self.step + 100 * self.options.mesh.tolerance else None
+
     def singular_root(self, test: Test) -> tuple[LocusFrame, float] | None:
         """The same where the equations of the locus are singular, so that Newton fails close to the root.
 
@@ -86,7 +107,7 @@ class Stretch:
         """
         known = [(0.0, self.left, test(self.left)), (1.0, self.right, test(self.right))]
         low, high = known
-        while (high[0] - low[0]) * self.step > 0.002:
+        while (high[0] - low[0]) * self.step > CLOSE:
             a, b = low[0], high[0]
             width = 0.1 * (b - a)
             middle = float(np.clip(a - low[2] * (b - a) / (high[2] - low[2]), a + 1.5 * width, b - 1.5 * width))
@@ -101,8 +122,9 @@ class Stretch:
             return None
         at = known.index(low)
         fraction = _root_of_polynomial([(p, v) for p, _, v in known[max(at - 1, 0) : at + 3]], low[0], high[0])
-        distance = self.right.colloc.norm(add(high[1].x, (-1.0, low[1].x)))
-        between = replace(self, left=low[1], right=high[1], step=distance)
+        colloc = self.right.colloc
+        chord, cosine = colloc.norm(add(high[1].x, (-1.0, low[1].x))), colloc.inner(low[1].tangent, high[1].tangent)
+        between = replace(self, left=low[1], right=high[1], step=arc_length(chord, cosine))
         x, tangent = between._interpolated((fraction - low[0]) / (high[0] - low[0]))
         return replace(low[1], x=x, tangent=tangent), fraction
 

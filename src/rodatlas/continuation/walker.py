@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from rodatlas.continuation.collocation import Scale, add
+from rodatlas.continuation.collocation import Scale, add, arc_length, arc_over_sine
 from rodatlas.continuation.events import (
     Located,
     Segment,
@@ -151,7 +151,7 @@ class Walker:
         if cosine < control.min_cosine:
             return None
         # the length of a circular arc with the same projection on the tangent
-        length = here.colloc.inner(here.tangent, add(result.state, (-1.0, here.x))) * _arc_over_sine(cosine)
+        length = here.colloc.inner(here.tangent, add(result.state, (-1.0, here.x))) * arc_over_sine(cosine)
         frame = replace(frame, previous_step=length)
         iterations, first = len(result.corrections), result.corrections[0]
         if not self._is_defined(frame):
@@ -206,8 +206,8 @@ class Walker:
         if fac.sign == 0.0:
             return None
         landed = here.reached(result.state, fac, length)
-        half = np.sqrt((1 + min(1.0, colloc.inner(landed.tangent, here.tangent))) / 2)  # cosine of half the angle
-        length = max(colloc.norm(add(result.state, (-1.0, here.x))) * _arc_over_sine(half), 1e-14)
+        chord = colloc.norm(add(result.state, (-1.0, here.x)))
+        length = max(arc_length(chord, colloc.inner(landed.tangent, here.tangent)), 1e-14)
         return replace(landed, previous_step=length), length
 
     # -- bookkeeping ----------------------------------------------------------------------------------------------
@@ -322,12 +322,6 @@ class Walker:
         at_limit = before >= control.intervals[1] and not control.is_fixed_size
         if at_limit and self.frame.error > 10 * control.tolerance:
             self.end = EndReason.MESH_LIMIT
-
-
-def _arc_over_sine(cosine: float) -> float:
-    """Angle over sine, from the cosine: length of a circular arc in units of its projection on a tangent."""
-    angle = float(np.arccos(min(1.0, cosine)))
-    return angle / float(np.sin(angle)) if angle > 1e-6 else 1.0
 
 
 def settled(frame: Frame, options: TraceOptions, passes: int = 6) -> Frame:
