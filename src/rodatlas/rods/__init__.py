@@ -3,6 +3,7 @@
 from rodatlas.rods.band import Band, bending_ratio, limiting_shear
 from rodatlas.rods.conjugate_points import IndexResult, index_nodes, morse_index
 from rodatlas.rods.ends import Ends
+from rodatlas.rods.modes import Mode, critical_mode, critical_modes
 from rodatlas.rods.perfectly_anisotropic import from_reduced, reduced_problem, rod_problem, to_reduced
 from rodatlas.rods.planar import planar_states
 from rodatlas.rods.reach import state_at
@@ -23,8 +24,9 @@ from rodatlas.rods.symmetry import (
 from rodatlas.rods.twisted import twisted_states
 
 __all__ = [
-    "Band", "Ends", "IndexResult", "RodState", "SecondVariationResult", "asymmetry", "bending_ratio", "from_reduced",
-    "half_twist", "index_nodes", "index_of", "is_symmetric", "is_twisted", "limiting_shear", "mirror_angle",
-    "mirror_shear", "morse_index", "pair_member", "planar_states", "plus_member", "reduced_problem", "reverse",
-    "rod_problem", "second_variation_index", "state_at", "to_reduced", "twisted_states",
+    "Band", "Ends", "IndexResult", "Mode", "RodState", "SecondVariationResult", "asymmetry", "bending_ratio",
+    "critical_mode", "critical_modes", "from_reduced", "half_twist", "index_nodes", "index_of", "is_symmetric",
+    "is_twisted", "limiting_shear", "mirror_angle", "mirror_shear", "morse_index", "pair_member", "planar_states",
+    "plus_member", "reduced_problem", "reverse", "rod_problem", "second_variation_index", "state_at", "to_reduced",
+    "twisted_states",
 ]  # fmt: skip

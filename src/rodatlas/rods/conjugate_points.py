@@ -165,7 +165,7 @@ def _cross_matrices(vectors: Array) -> Array:
     return matrices
 
 
-def _coefficients(force: Array, moment: Array, strain: Array, compliance: Array) -> tuple[Array, Array]:
+def jacobi_coefficients(force: Array, moment: Array, strain: Array, compliance: Array) -> tuple[Array, Array]:
     """Matrices of (p, theta) (K, 6, 6) and -[w] of eta and xi (K, 3, 3); see the module's equations."""
     spin = -_cross_matrices(strain)
     half_moment = 0.5 * _cross_matrices(moment)
@@ -299,7 +299,7 @@ def morse_index(
     wave = max(float(wave), 1.0)
     error = _angle_error(steps, softness, force, moment, strain)
     softness *= STRETCH
-    rotation, spin = _coefficients(
+    rotation, spin = jacobi_coefficients(
         force * (softness / wave**2), moment * (softness / wave), strain / wave, compliance / softness
     )
     counts, frame, uncontrolled, too_long, defect = count_crossings(
