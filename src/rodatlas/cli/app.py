@@ -108,6 +108,26 @@ def states_command(
     run(angle, shear, compression, poisson, classes, starts, stable_only, json_to)
 
 
+@app.command("band")
+def band_command(
+    length: Annotated[str, typer.Option(help="Length between the clamps, in mm.")] = "240",
+    width: Annotated[str, typer.Option(help="Width in mm.")] = "3",
+    thickness: Annotated[str, typer.Option(help="Thickness in mm.")] = "0.127",
+    compression: Compression = "0.5",
+    poisson: Poisson = "0.25",
+    modulus: Annotated[str, typer.Option(help="Young's modulus in GPa, for forces and moments.")] = "",
+    angle: Annotated[str, typer.Option(help="Clamp angle in degrees at which width and errors are judged.")] = "15",
+    angle_error: Annotated[str, typer.Option("--angle-error", help="Of the clamps, in degrees.")] = "1",
+    displacement_error: Annotated[str, typer.Option("--displacement-error", help="Of the clamps, in mm.")] = "0.5",
+    json_to: Annotated[str, typer.Option("--json", help="Write the result as JSON to a file too, or to -.")] = "",
+) -> None:
+    """Convert a real band in mm: limiting shear, units of force, errors, and whether the model fits it."""
+    from rodatlas.cli.band import run
+
+    errors = (angle_error, displacement_error)
+    run((length, width, thickness), compression, poisson, modulus, angle, errors, json_to)
+
+
 def main(arguments: Sequence[str] | None = None) -> None:
     """Entry point: wrong input is one line and exit code 2, an interrupt is exit code 130."""
     command = typer.main.get_command(app)

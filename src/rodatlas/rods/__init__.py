@@ -22,11 +22,13 @@ from rodatlas.rods.symmetry import (
     reverse,
 )
 from rodatlas.rods.twisted import twisted_states
+from rodatlas.rods.units import BandUnits, ClampErrors
+from rodatlas.rods.width import width_effect
 
 __all__ = [
-    "Band", "Ends", "IndexResult", "Mode", "RodState", "SecondVariationResult", "asymmetry", "bending_ratio",
-    "critical_mode", "critical_modes", "from_reduced", "half_twist", "index_nodes", "index_of", "is_symmetric",
-    "is_twisted", "limiting_shear", "mirror_angle", "mirror_shear", "morse_index", "pair_member", "planar_states",
-    "plus_member", "reduced_problem", "reverse", "rod_problem", "second_variation_index", "state_at", "to_reduced",
-    "twisted_states",
+    "Band", "BandUnits", "ClampErrors", "Ends", "IndexResult", "Mode", "RodState", "SecondVariationResult", "asymmetry",
+    "bending_ratio", "critical_mode", "critical_modes", "from_reduced", "half_twist", "index_nodes", "index_of",
+    "is_symmetric", "is_twisted", "limiting_shear", "mirror_angle", "mirror_shear", "morse_index", "pair_member",
+    "planar_states", "plus_member", "reduced_problem", "reverse", "rod_problem", "second_variation_index", "state_at",
+    "to_reduced", "twisted_states", "width_effect",
 ]  # fmt: skip

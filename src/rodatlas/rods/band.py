@@ -56,10 +56,43 @@ class Band:
         """Width over length, w = D/L."""
         return self.width / self.length
 
+    @classmethod
+    def from_text(cls, text: str, poisson: float = 0.25, field: str = "band") -> Band:
+        """A band from '240x3x0.127': length, width and thickness."""
+        parts = text.lower().replace("×", "x").removesuffix("mm").split("x")
+        try:
+            length, width, thickness = (float(part) for part in parts)
+        except ValueError:
+            what = "LENGTHxWIDTHxTHICKNESS in mm such as 240x3x0.127"
+            raise ValueError(f"{field}: expected {what}, got '{text}'") from None
+        return cls(length, width, thickness, poisson)
+
+    @property
+    def width_parameter(self) -> float:
+        """beta = D^2/(t L): the width over the length sqrt(t L) across which bending curls an edge, squared."""
+        return self.width**2 / (self.thickness * self.length)
+
+    @property
+    def torsion_factor(self) -> float:
+        """lambda(D/t) of the rectangular section, see :func:`torsion_factor`."""
+        return torsion_factor(self.width / self.thickness)
+
     @property
     def a(self) -> float:
         """Bending over twisting stiffness EI1/GJ of the thin band, (1 + nu)/2."""
         return bending_ratio(self.poisson)
+
+
+def torsion_factor(ratio: float) -> float:
+    r"""Torsion constant over D t^3 of a rectangle with sides D and t, ratio = D/t.
+
+    .. math:: \lambda = \frac13\Big(1 - \frac{192}{\pi^5}\frac{t}{D}
+              \sum_{n=1,3,\dots}\frac{1}{n^5}\tanh\frac{n\pi D}{2t}\Big)
+
+    1/3 for a thin section, 0.1406 for a square (Saint-Venant 1855; Timoshenko & Goodier 1970, section 109).
+    """
+    terms = (math.tanh(0.5 * n * math.pi * ratio) / n**5 for n in range(1, 400, 2))
+    return (1.0 - 192.0 / (math.pi**5 * ratio) * math.fsum(terms)) / 3.0
 
 
 def bending_ratio(poisson: float) -> float:

@@ -1,0 +1,143 @@
+"""A real band in mm: what it is for the rod model, how exact the conversion is, and whether the model fits it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from rodatlas.atlas.experiments.sensitivity import Sensitivity, sensitivity
+from rodatlas.continuation import MeshControl, Solution, Status, TraceOptions, trace
+from rodatlas.rods.band import limiting_shear
+from rodatlas.rods.ends import Ends
+from rodatlas.rods.perfectly_anisotropic import rod_problem
+from rodatlas.rods.reach import state_at
+from rodatlas.rods.stability import index_of
+from rodatlas.rods.units import BandUnits, ClampErrors
+from rodatlas.rods.width import width_effect
+
+SCHEMA = "rodatlas/band/1"
+HOLDS, ROUGHLY = 0.05, 0.25  # largest part of the energy that the width adds: the rod holds, or holds roughly
+PART = 0.5  # of the limiting shear: a second state at which the width is judged
+
+
+@dataclass(frozen=True)
+class WidthCheck:
+    """A state of the rod and what the width would add.
+
+    Attributes
+    ----------
+    shear : dD [L]. added : energy that the width adds, as a part of the energy.
+    strain : largest bending strain at the faces, t max|kappa1|/2.
+    """
+
+    shear: float
+    added: float
+    strain: float
+
+
+@dataclass(frozen=True)
+class BandReport:
+    """A real band at one clamp angle, see :func:`band_report`.
+
+    Attributes
+    ----------
+    units : the band, compression and modulus.
+    errors : how well the clamps are set.
+    angle_deg : clamp angle at which the numbers below hold.
+    checks : states at which the width is judged, of the branch of U.
+    bifurcation : shear [L] at which U loses stability, None when it does not below the limiting shear.
+    slopes : how that shear depends on angle and compression.
+    """
+
+    units: BandUnits
+    errors: ClampErrors
+    angle_deg: float
+    checks: tuple[WidthCheck, ...]
+    bifurcation: float | None
+    slopes: Sensitivity | None
+
+    @property
+    def verdict(self) -> str:
+        """Whether the narrow-band model is expected to hold, by the largest part of the energy that width adds."""
+        worst = max(c.added for c in self.checks)
+        return "holds" if worst < HOLDS else "holds roughly" if worst < ROUGHLY else "does not hold"
+
+    @property
+    def bifurcation_error(self) -> float | None:
+        """Standard error [L] of that shear as these clamps would measure it."""
+        return None if self.slopes is None else self.slopes.error(self.errors, self.units)
+
+    def to_json(self) -> dict[str, Any]:
+        """The object that `rodatlas band --json` prints; lengths in L unless their name ends in _mm."""
+        u, band = self.units, self.units.band
+        out: dict[str, Any] = {
+            "schema": SCHEMA,
+            "length_mm": band.length,
+            "width_mm": band.width,
+            "thickness_mm": band.thickness,
+            "poisson": band.poisson,
+            "compression": u.compression,
+            "aspect": band.aspect,
+            "width_parameter": band.width_parameter,
+            "bending_ratio": {"thin": band.a, "of_section": band.a / (3.0 * band.torsion_factor)},
+            "limiting_shear": u.limit,
+            "limiting_shear_mm": u.limit_mm,
+            "limiting_shear_of_rod": limiting_shear(u.compression),
+            "clamp_errors": {
+                "angle_deg": self.errors.angle_deg,
+                "displacement_mm": self.errors.displacement,
+                "shear": self.errors.of_shear(u),
+                "limiting_shear": self.errors.of_limit(u),
+                "normalized_at_limit": self.errors.of_normalized(u, u.limit),
+            },
+            "angle_deg": self.angle_deg,
+            "first_bifurcation": None if self.bifurcation is None else {
+                "shear": self.bifurcation, "shear_mm": u.to_mm(self.bifurcation),
+                "per_degree": self.slopes and self.slopes.angle,
+                "per_compression": self.slopes and self.slopes.compression,
+                "error": self.bifurcation_error,
+            },
+            "width_checks": [{"shear": c.shear, "added_energy": c.added, "strain": c.strain} for c in self.checks],
+            "narrow_band_model": self.verdict,
+        }  # fmt: skip
+        if u.young is not None:
+            out |= {"modulus_GPa": u.young, "force_N": u.force, "moment_Nmm": u.moment, "energy_mJ": u.moment}
+        return out
+
+
+def band_report(units: BandUnits, errors: ClampErrors, angle_deg: float = 15.0) -> BandReport:
+    """Convert a real band, and judge the narrow-band model by what width adds to the energy of U, unsheared and on
+    its branch at half the limiting shear.
+
+    Raises
+    ------
+    ValueError
+        when the branch of U does not reach so far at this setting.
+    """
+    ends = [Ends(angle_deg, units.compression, shear) for shear in (0.0, PART * units.limit)]
+    states = [state_at(e, "U", units.band) for e in ends]
+    checks = tuple(_check(s, units) for s in states)
+    shear, slopes = _first_bifurcation(states[0], units)
+    return BandReport(units, errors, angle_deg, checks, shear, slopes)
+
+
+def _check(solution: Solution, units: BandUnits) -> WidthCheck:
+    """The width's part in the energy of a state, and its largest strain."""
+    kappa = float(np.abs(solution.stages[..., solution.unknowns.index("k1")]).max())
+    strain = 0.5 * units.from_mm(units.band.thickness) * kappa
+    return WidthCheck(solution["dD"], width_effect(solution, units.band), strain)
+
+
+def _first_bifurcation(start: Solution, units: BandUnits) -> tuple[float | None, Sensitivity | None]:
+    """Where the branch of U first loses its stability with rising shear."""
+    if index_of(start).index != 0:
+        return None, None
+    options = TraceOptions(
+        mesh=MeshControl(tolerance=1e-8), bounds={"dD": (0.0, 0.94 * limiting_shear(units.compression))},
+        max_folds=0, stop_at=lambda special, last: True,
+    )  # fmt: skip
+    branch = trace(rod_problem(), start, ("dD",), options, both=False)
+    located = [s for s in branch.special if s.status is Status.CONVERGED]
+    return (located[0].solution["dD"], sensitivity(located[0])) if located else (None, None)
