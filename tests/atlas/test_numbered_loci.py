@@ -5,17 +5,12 @@ import json
 import numpy as np
 import pytest
 
-from rodatlas.atlas import Loci, LociSettings, compute_loci
+from rodatlas.atlas import Loci
 from rodatlas.cli import main
 from rodatlas.continuation import Status, TraceOptions, follow_locus
 from rodatlas.rods import rod_problem
 
 NUMBERS = (3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15, 18)
-
-
-@pytest.fixture(scope="module")
-def loci(slice_15):
-    return compute_loci(LociSettings(), lambda angle: slice_15, NUMBERS)
 
 
 def events(loci, number, kind, parameter=""):

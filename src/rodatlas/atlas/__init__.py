@@ -4,6 +4,7 @@
 """
 
 from rodatlas.atlas.loci.compute import compute_loci
+from rodatlas.atlas.loci.events import PlaneEvent
 from rodatlas.atlas.loci.result import Loci, LociSettings, Piece
 from rodatlas.atlas.slices.cache import BranchCache, FolderCache
 from rodatlas.atlas.slices.coexisting import coexisting_states, richest_shear, solve_state
@@ -14,7 +15,7 @@ from rodatlas.atlas.slices.result import Event, Slice, SliceBranch, State, State
 from rodatlas.atlas.slices.settings import SliceSettings
 
 __all__ = [
-    "BranchCache", "Event", "FolderCache", "Followed", "Loci", "LociSettings", "Piece", "Slice", "SliceBranch",
-    "SliceSettings", "State", "StateEnd", "coexisting_states", "compute_loci", "compute_slice", "reach",
+    "BranchCache", "Event", "FolderCache", "Followed", "Loci", "LociSettings", "Piece", "PlaneEvent", "Slice",
+    "SliceBranch", "SliceSettings", "State", "StateEnd", "coexisting_states", "compute_loci", "compute_slice", "reach",
     "richest_shear", "solve_state",
 ]  # fmt: skip

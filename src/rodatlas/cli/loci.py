@@ -69,19 +69,13 @@ def _files(found: Loci, wanted: tuple[int, ...], folder: Path) -> list[Path]:
 
 def _say(found: Loci, wanted: tuple[int, ...], files: list[Path], console: Console) -> None:
     table = Table(title=f"Special points of loci, dL = {found.settings.compression:g}, nu = {found.settings.poisson:g}")
-    for name in ("locus", "angle [deg]", "shear", "event", "with", "what happens"):
+    for name in ("angle [deg]", "shear", "height", "loci", "what happens"):
         table.add_column(name, no_wrap=name != "what happens")
-    for piece in sorted((p for p in found.pieces if p.number is not None), key=lambda p: p.number or 0):
-        if wanted and piece.number not in wanted:
-            continue
-        for e in piece.events:
-            turn = {"psi0": " in angle", "dD": " in shear"}.get(e.event.parameter, "")
-            status = "" if e.event.status.value == "converged" else f" ({e.event.status.value})"
-            what = f"at fixed shear, {e.event.what}" if e.event.parameter == "dD" else e.event.what
-            table.add_row(
-                f"{piece.kind} {piece.number}", f"{e.angle_deg:.4f}", f"{e.shear:.6f}", e.event.kind + turn + status,
-                ", ".join(map(str, e.numbers)), what,
-            )  # fmt: skip
+    for e in found.events():
+        if not wanted or {str(n) for n in wanted} & set(e.labels):
+            status = "" if e.status == "converged" else f" ({e.status})"
+            place = (f"{e.angle_deg:.4f}", f"{e.shear:.6f}", f"{e.height:.6f}")
+            table.add_row(*place, ", ".join(e.labels), e.description + status)
     console.print(table)
     for warning in found.warnings:
         console.print(f"warning: {warning}", style="yellow", markup=False)

@@ -108,7 +108,8 @@ def pieces(parts: Sequence[Stretch], curves: Sequence[Locus]) -> list[Piece]:
             events.append(PieceEvent(e, tuple(sorted(n for n in others if n is not None and n != part.number))))
         rising = part.solutions[-1]["psi0"] >= part.solutions[0]["psi0"]
         solutions = part.solutions if rising else part.solutions[::-1]
-        found.append(Piece(part.number, kind, tuple(solutions), tuple(events), part.curve))
+        own = tuple(e for e in (part.ends[0], *part.events, part.ends[1]) if e is not None)
+        found.append(Piece(part.number, kind, tuple(solutions), tuple(events), part.curve, own))
     return found
 
 

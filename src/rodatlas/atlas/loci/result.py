@@ -17,6 +17,8 @@ from rodatlas.rods.band import check_number, limiting_shear
 if TYPE_CHECKING:
     import pandas as pd
 
+    from rodatlas.atlas.loci.events import PlaneEvent
+
 SCHEMA = "rodatlas/loci/1"
 REFERENCE_SHEARS = (-0.1, 0.84)  # range at compression 1/2; the same parts of the limiting shear at others
 
@@ -87,6 +89,7 @@ class Piece:
     points : in order of increasing angle, the special points that bound it included.
     events : special points on it and at its ends, and on unnumbered or very short pieces next to it.
     curve : position of its curve among those of the result.
+    own : the special points on it and at its ends only.
     """
 
     number: int | None
@@ -94,6 +97,7 @@ class Piece:
     points: tuple[Solution, ...] = field(repr=False)
     events: tuple[PieceEvent, ...]
     curve: int = 0
+    own: tuple[LocusEvent, ...] = field(default=(), repr=False)
 
     @property
     def angles_deg(self) -> tuple[float, float]:
@@ -136,6 +140,12 @@ class Loci:
         """The locus of a number."""
         return next((p for p in self.pieces if p.number == number), None)
 
+    def events(self) -> tuple[PlaneEvent, ...]:
+        """The special points of all loci, each once, in order of angle, with descriptions."""
+        from rodatlas.atlas.loci.events import plane_events
+
+        return plane_events(self.pieces)
+
     def save(self, path: str | os.PathLike[str]) -> None:
         """Write to an HDF5 file, which replaces an older one only when complete."""
         from rodatlas.atlas.loci.store import save_loci
@@ -153,12 +163,15 @@ class Loci:
         """A table with one row for each special point of each numbered locus."""
         import pandas as pd
 
-        rows = [{"number": p.number, **_event_json(e)} for p in self.pieces if p.number is not None for e in p.events]
-        return pd.DataFrame(rows)
+        told = self.events()
+        numbered = [p for p in self.pieces if p.number is not None]
+        return pd.DataFrame([{"number": p.number, **_event_json(e, told)} for p in numbered for e in p.events])
 
     def to_json(self, numbers: Sequence[int] = ()) -> dict[str, Any]:
         """The object that `rodatlas loci --json` prints, for some numbers or all."""
         wanted = sorted((p for p in self.pieces if p.number is not None), key=lambda p: p.number or 0)
+        wanted = [p for p in wanted if not numbers or p.number in numbers]
+        told = self.events()
         return {
             "schema": SCHEMA,
             "compression": self.settings.compression,
@@ -167,7 +180,8 @@ class Loci:
             "tolerance": self.settings.tolerance,
             "seconds": round(self.seconds, 3),
             "warnings": list(self.warnings),
-            "loci": [_piece_json(p) for p in wanted if not numbers or p.number in numbers],
+            "loci": [_piece_json(p, told) for p in wanted],
+            "events": [e.to_json() for e in told if {str(p.number) for p in wanted} & set(e.labels)],
         }
 
 
@@ -191,16 +205,16 @@ def point_of(point: LocusPoint | LocusEvent) -> tuple[float, float, float]:
     return float(np.degrees(s["psi0"])), s["dD"], s["height"]
 
 
-def _piece_json(piece: Piece) -> dict[str, Any]:
+def _piece_json(piece: Piece, told: Sequence[PlaneEvent]) -> dict[str, Any]:
     return {
         "number": piece.number,
         "kind": piece.kind,
         "points": [[float(np.degrees(p["psi0"])), p["dD"], p["height"]] for p in piece.points],
-        "events": [_event_json(e) for e in piece.events],
+        "events": [_event_json(e, told) for e in piece.events],
     }
 
 
-def _event_json(e: PieceEvent) -> dict[str, Any]:
+def _event_json(e: PieceEvent, told: Sequence[PlaneEvent]) -> dict[str, Any]:
     return {
         "kind": e.event.kind,
         "angle_deg": e.angle_deg,
@@ -210,4 +224,5 @@ def _event_json(e: PieceEvent) -> dict[str, Any]:
         "status": e.event.status.value,
         "parameter": {"psi0": "angle", "dD": "shear"}.get(e.event.parameter, ""),
         "what": e.event.what,
+        "description": next((t.description for t in told if t.holds(e.event)), ""),
     }

@@ -1,0 +1,272 @@
+"""The special points of all loci, each once: merged where several loci see the same one, and described in words."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from rodatlas.atlas.loci.numbering import SAME, same_place
+from rodatlas.atlas.loci.result import Piece, point_of
+from rodatlas.atlas.slices.numbering import ENDS
+from rodatlas.continuation import LocusEvent
+
+RANK = ("criticality", "coalescence", "crossing", "cusp", "extremum")  # what a point is that is several of these
+NO_SHEAR = 1e-6  # at a smaller shear a locus meets its image in the shear mirror
+
+
+class Role(NamedTuple):
+    """A locus bounds the range of shear of a stable state: its name, and which end."""
+
+    state: str
+    side: str  # 'low' or 'high'
+
+
+Roles = Mapping[str, frozenset[Role]]
+"""Label of a locus -> what it bounds."""
+
+
+@dataclass(frozen=True)
+class PlaneEvent:
+    """A special point in the plane of angle and shear.
+
+    Attributes
+    ----------
+    kind : 'cusp', 'extremum', 'criticality', 'coalescence' or 'crossing', as of a
+        :class:`rodatlas.continuation.LocusEvent`.
+    parameter : 'angle' or 'shear' of an extremum, else ''.
+    angle_deg, shear, height : where it is.
+    ending : labels of the loci that end there, all on the side `above`, in order of shear near by.
+    passing : labels of those that go through.
+    above : whether the loci that end there exist at larger angles.
+    status : 'converged', or 'bracketed' when it is known to the bracket only.
+    what : what happens to the solutions, in the words of the engine.
+    description : what happens to the states, in words.
+    """
+
+    kind: str
+    parameter: str
+    angle_deg: float
+    shear: float
+    height: float
+    ending: tuple[str, ...]
+    passing: tuple[str, ...]
+    above: bool
+    status: str
+    what: str
+    description: str = ""
+    kinds: Mapping[str, str] = field(default_factory=dict, repr=False)  # label -> kind of locus
+
+    @property
+    def labels(self) -> tuple[str, ...]:
+        """All loci that it belongs to."""
+        return tuple(sorted({*self.ending, *self.passing}, key=_order))
+
+    def holds(self, event: LocusEvent) -> bool:
+        """Whether a special point of one locus is this one."""
+        place = (self.angle_deg, self.shear, self.height)
+        near = max(abs(a - b) for a, b in zip(point_of(event), place, strict=True)) < SAME
+        return near and (event.parameter == "dD") == (self.parameter == "shear")
+
+    def to_json(self) -> dict[str, Any]:
+        """As plain values."""
+        return {
+            "kind": self.kind, "parameter": self.parameter, "angle_deg": self.angle_deg, "shear": self.shear,
+            "height": self.height, "loci": list(self.labels), "status": self.status, "description": self.description,
+        }  # fmt: skip
+
+
+def labels(pieces: Sequence[Piece]) -> list[str]:
+    """A short name for each piece: its number, or for one without the number of the nearest on its curve and a prime.
+
+    What shrinks to a point, between two turns at one place, has the name ''.
+    """
+    found: list[str] = []
+    for i, piece in enumerate(pieces):
+        if piece.number is not None:
+            found.append(str(piece.number))
+            continue
+        known = [(abs(k - i), k) for k, p in enumerate(pieces) if p.curve == piece.curve and p.number is not None]
+        name = f"{pieces[min(known)[1]].number}'" if known else f"c{piece.curve}'"
+        while name in found:
+            name += "'"
+        found.append(name if np.ptp(piece.angles_deg) > SAME else "")
+    return found
+
+
+def defined_roles() -> dict[str, frozenset[Role]]:
+    """What the numbered loci bound, by the definition of their numbers."""
+    found: dict[str, set[Role]] = {}
+    for (state, side, _), number in ENDS.items():
+        found.setdefault(str(number), set()).add(Role(state, side))
+    return {label: frozenset(roles) for label, roles in found.items()}
+
+
+def plane_events(pieces: Sequence[Piece]) -> tuple[PlaneEvent, ...]:
+    """The special points of pieces of loci, each once, in order of angle and shear, with descriptions."""
+    names, roles = labels(pieces), defined_roles()
+    groups: list[list[tuple[int, LocusEvent]]] = []
+    for i, piece in enumerate(pieces):
+        for event in piece.own if names[i] else ():
+            home = next((g for g in groups if _joins(g, event)), None)
+            if home is None:
+                groups.append([(i, event)])
+            else:
+                home.append((i, event))
+    events = [_merged(group, pieces, names) for group in groups]
+    events.sort(key=lambda e: (round(e.angle_deg, 6), e.shear))
+    return tuple(replace(e, description=describe(e, roles)) for e in events)
+
+
+def _joins(group: Sequence[tuple[int, LocusEvent]], event: LocusEvent) -> bool:
+    """Whether an event is at the place of a group; an extremum in shear is nobody else's."""
+    other = group[0][1]
+    return same_place(other, event) and (other.parameter == "dD") == (event.parameter == "dD")
+
+
+def _merged(group: Sequence[tuple[int, LocusEvent]], pieces: Sequence[Piece], names: Sequence[str]) -> PlaneEvent:
+    best = min((e for _, e in group), key=lambda e: (RANK.index(e.kind), e.status.value != "converged"))
+    ending = [i for i in dict.fromkeys(i for i, _ in group) if _ends_at(pieces[i], best)]
+    passing = {names[i] for i, _ in group if i not in ending}
+    above = any(2 * best.solution["psi0"] < pieces[i].points[0]["psi0"] + pieces[i].points[-1]["psi0"] for i in ending)
+    angle, shear, height = point_of(best)
+    parameter = {"psi0": "angle", "dD": "shear"}.get(best.parameter, "") if best.kind == "extremum" else ""
+    what = best.what if parameter != "shear" else f"at fixed shear, {best.what}"
+    kinds = {names[i]: pieces[i].kind for i, _ in group}
+    if parameter == "shear":
+        what = f"{'largest' if _is_highest(pieces[group[0][0]], best) else 'smallest'} shear; {what}"
+    return PlaneEvent(
+        best.kind, parameter, angle, shear, height, tuple(names[i] for i in _upward(pieces, ending)),
+        tuple(sorted(passing, key=_order)), above, best.status.value, what, "", kinds,
+    )  # fmt: skip
+
+
+def _ends_at(piece: Piece, event: LocusEvent) -> bool:
+    """Whether a special point is at an end of a piece."""
+    place = np.array(point_of(event))
+    ends = [(np.degrees(p["psi0"]), p["dD"], p["height"]) for p in (piece.points[0], piece.points[-1])]
+    return any(np.abs(place - end).max() < SAME for end in ends)
+
+
+def _upward(pieces: Sequence[Piece], ending: Sequence[int]) -> list[int]:
+    """Pieces that end at one point, in order of their shear near by."""
+    low = max((pieces[i].angles_deg[0] for i in ending), default=0.0)
+    high = min((pieces[i].angles_deg[1] for i in ending), default=0.0)
+    return sorted(ending, key=lambda i: pieces[i].at(0.5 * (low + high))[0]) if high > low else list(ending)
+
+
+def _is_highest(piece: Piece, event: LocusEvent) -> bool:
+    """Whether the shear of a locus is largest, not smallest, at an extremum inside."""
+    near = np.argsort([abs(p["psi0"] - event.solution["psi0"]) for p in piece.points])[:3]
+    return float(np.mean([piece.points[i]["dD"] for i in near])) < event.solution["dD"]
+
+
+def _order(label: str) -> tuple[int, str]:
+    number = label.rstrip("'")
+    return (int(number) if number.isdigit() else 99, label)
+
+
+def describe(event: PlaneEvent, roles: Roles, touching: tuple[str, str] | None = None, turns: str = "") -> str:
+    """What happens at a special point, in words.
+
+    Parameters
+    ----------
+    roles : which states the loci bound.
+    touching : names of the two branches that touch, where folds are born so.
+    turns : 'sub' or 'super', what a pitchfork becomes as the angle grows, if it is known otherwise.
+    """
+    if event.kind == "criticality":
+        return _criticality(event, roles, turns)
+    if event.kind == "coalescence":
+        folds = [n for n in event.labels if event.kinds[n] == "fold"]
+        others = [n for n in event.labels if event.kinds[n] != "fold"]
+        if not folds:
+            return f"{_kind(event, others)} {_list(others)} passes a fold without a number"
+        other = f"{_kind(event, others)} {_list(others)}" if others else "a branch point without a number"
+        return f"fold {_list(folds)} passes {other}"
+    if event.kind == "crossing":
+        return f"{_kind(event, event.labels)} {_list(event.labels)} meets another branch point"
+    if event.parameter == "shear":
+        return f"{_kind(event, event.labels)} {_list(event.labels)} reaches its {event.what.split(';')[0]}"
+    return _meeting(event, roles, touching)
+
+
+def _meeting(event: PlaneEvent, roles: Roles, touching: tuple[str, str] | None) -> str:
+    """Two loci that end at one point: a cusp, or an angle at which they turn back."""
+    fold = all(event.kinds[n] == "fold" for n in event.ending)
+    images = [n for n in event.ending if n.endswith("'")] if abs(event.shear) < NO_SHEAR else []
+    named = [n for n in event.ending if n not in images]
+    meet = f"{_kind(event, event.ending)}s {_list(named)}"
+    if images:
+        meet = f"{_kind(event, named)} {_list(named)} and its mirror image"
+    told = f"{meet} {'are born' if event.above else 'annihilate'}{' in a cusp' if event.kind == 'cusp' else ''}"
+    if event.kind == "cusp" and event.above:
+        told = f"{meet} meet in a cusp"
+    lone = _lone(event, roles, mirrored=bool(images))
+    if lone and fold:
+        return f"{lone} {'is born' if event.above else 'vanishes'}: {told}"
+    if lone:
+        return f"{lone} {'becomes stable' if event.above else 'is no longer stable'}: {told}"
+    if fold and event.kind == "extremum":
+        if event.what.startswith("isola"):
+            return f"a closed branch {'appears' if event.above else 'vanishes'}: {told}"
+        pair = f"the {touching[0]} branch touches the {touching[1]} branch" if touching else "two branches touch"
+        return f"{pair}: {told}"
+    joined = _neighbors(event, roles)
+    if joined:
+        return f"{joined[0]} {'separates from' if event.above else 'joins'} {joined[1]}: {told}"
+    return told
+
+
+def _lone(event: PlaneEvent, roles: Roles, mirrored: bool) -> str:
+    """The state whose range of shear shrinks to a point: it lies between the two loci that meet."""
+    bounds = [roles.get(n, frozenset()) for n in event.ending]
+    if mirrored:
+        return min((a.state for bound in bounds for a in bound), default="")
+    if len(bounds) != 2:
+        return ""
+    return next((a.state for a in sorted(bounds[0]) if a.side == "low" and Role(a.state, "high") in bounds[1]), "")
+
+
+def _neighbors(event: PlaneEvent, roles: Roles) -> tuple[str, str] | None:
+    """Two states of which one ends and the other starts at the loci that meet."""
+    bounds = [roles.get(n, frozenset()) for n in event.ending]
+    if len(bounds) != 2:
+        return None
+    for one, two in (bounds, bounds[::-1]):
+        highs = [a.state for a in sorted(one) if a.side == "high"]
+        lows = [a.state for a in sorted(two) if a.side == "low"]
+        if highs and lows:
+            return highs[0], lows[0]
+    return None
+
+
+def _criticality(event: PlaneEvent, roles: Roles, turns: str) -> str:
+    """A pitchfork that turns super- or subcritical, and the fold that is born or vanishes there."""
+    pitchforks = [n for n in event.labels if event.kinds[n] != "fold"]
+    folds = [n for n in event.ending if event.kinds[n] == "fold"]
+    name = f"pitchfork {_list(pitchforks)}" if pitchforks else "a pitchfork without a number"
+    if folds and pitchforks:
+        pair, base = (roles.get(n[0], frozenset()) for n in (folds, pitchforks))
+        sides = {a.side == b.side for a in pair for b in base if not b.state.endswith("+-")}
+        # Where the fold exists, the pair starts at the pitchfork if it has the fold at the end at which its base has
+        # the pitchfork: it is supercritical there. Otherwise the pair reaches back over its base: subcritical.
+        if len(sides) == 1:
+            turns = "super" if sides == {event.above} else "sub"
+    told = f"{name} turns {turns}critical" if turns else f"{name} changes between super- and subcritical"
+    if not folds:
+        return told
+    states = sorted({a.state for a in roles.get(folds[0], frozenset())})
+    of = f" ({', '.join(states)})" if states else ""
+    return f"{told}: fold {_list(folds)}{of} {'is born' if event.above else 'vanishes'}"
+
+
+def _kind(event: PlaneEvent, among: Sequence[str]) -> str:
+    kinds = {event.kinds[n] for n in among}
+    return kinds.pop() if len(kinds) == 1 else "branch point"
+
+
+def _list(names: Sequence[str]) -> str:
+    return " and ".join(sorted(names, key=_order))
