@@ -128,6 +128,24 @@ def band_command(
     run((length, width, thickness), compression, poisson, modulus, angle, errors, json_to)
 
 
+@app.command("paper")
+def paper_command(
+    figure: Annotated[
+        list[str] | None, typer.Option("--figure", help="Name of a figure, see --list; may be repeated.")
+    ] = None,
+    out: Annotated[str, typer.Option(help="Folder for figures and data.")] = "out",
+    listing: Annotated[bool, typer.Option("--list", help="List the figures and exit.")] = False,
+    json_to: Annotated[str, typer.Option("--json", help="Write the numbers as JSON to a file too, or to -.")] = "",
+) -> None:
+    """Draw our version of the paper's figures, with its numbers beside ours."""
+    from rodatlas.cli.paper import run, show_list
+
+    if listing:
+        show_list()
+    else:
+        run(figure or [], out, json_to)
+
+
 def main(arguments: Sequence[str] | None = None) -> None:
     """Entry point: wrong input is one line and exit code 2, an interrupt is exit code 130."""
     command = typer.main.get_command(app)

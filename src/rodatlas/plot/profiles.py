@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -38,7 +38,8 @@ def draw_profiles(states: Mapping[str, Solution]) -> Figure:
 
     Parameters
     ----------
-    states : name -> solution, all at one setting; a member of a +/- pair is named 'US+', and stands for both.
+    states : name -> solution, all at one setting; a member of a +/- pair is named 'US+', and stands for both unless
+        the other one is there too, which is then dashed.
 
     Returns
     -------
@@ -66,7 +67,9 @@ def _draw_panel(ax: Axes, letter: str, title: str, curves: Mapping[str, np.ndarr
     """One field of all states over the arclength."""
     ax.axhline(0.0, color=FAINT, lw=0.5, zorder=0.5)
     for name, values in curves.items():
-        ax.plot(s, values, color=color_of(name), lw=1.3, label=label_of(name), gid=name)
+        mirrored = name.endswith("-") and f"{name[:-1]}+" in curves
+        style: dict[str, Any] = {"lw": 1.0, "ls": (0, (3.0, 1.2))} if mirrored else {"lw": 1.3, "ls": "-"}
+        ax.plot(s, values, color=color_of(name), label=label_of(name), gid=name, **style)
     ax.set_xlim(0.0, 1.0)
     low = min(float(v.min()) for v in curves.values())
     high = max(float(v.max()) for v in curves.values())
@@ -87,7 +90,7 @@ def _draw_heading(fig: Figure, states: Mapping[str, Solution]) -> None:
         handles, labels, loc="center right", bbox_to_anchor=(0.996, 0.958), ncols=len(labels), handlelength=1.6,
         columnspacing=1.4, handletextpad=0.5, borderaxespad=0.0, fontsize=9.0,
     )  # fmt: skip
-    members = [name for name in states if base_name(name).endswith("+-")]
+    members = [n for n in states if base_name(n).endswith("+-") and {n[:-1] + "+", n[:-1] + "-"} - states.keys()]
     if members:
         pairs = "; ".join(f"{label_of(n[:-1] + ('-' if n[-1] == '+' else '+'))} mirrors {label_of(n)}" for n in members)
         fig.text(0.988, 0.012, rf"{pairs} under $s \to 1-s$.", ha="right", va="bottom", fontsize=NOTE_SIZE)

@@ -1,0 +1,75 @@
+"""`rodatlas paper`: our version of the figures of the paper, and its numbers beside ours."""
+
+from __future__ import annotations
+
+import json
+import sys
+from collections.abc import Sequence
+from typing import Any
+
+from rich.console import Console
+from rich.table import Table
+
+from rodatlas.cli.common import json_target, note, progress_bar, writable_folder
+from rodatlas.paper import ENTRIES, NOT_DRAWN, chosen
+
+
+def run(wanted: Sequence[str], out: str, json_to: str) -> None:
+    """The command; texts come as typed and are checked here."""
+    entries = chosen(wanted)
+    folder = writable_folder(out)
+    json_file = json_target(json_to)
+    from rodatlas.atlas.slices.cache import write_text
+    from rodatlas.paper.output import draw_to, stored_records, to_json, write_tables
+    from rodatlas.paper.sources import Sources
+
+    records = []
+    with progress_bar("figures of the paper") as report:
+        sources = Sources(folder, None, note)
+        for done, entry in enumerate(entries):
+            what = f"figure {entry.name}"
+            report(what, done, len(entries) - done - 1)
+            sources.report = lambda message, *_, what=what, done=done: report(
+                f"{what}: {message}", done, len(entries) - done - 1
+            )
+            records.append(draw_to(entry, sources, folder))
+            write_tables(folder)
+    console = Console(stderr=json_to == "-")
+    _say(records, console)
+    console.print(f"files: {folder}/fig-*.png, fig-*.pdf, paper.md, paper.json", highlight=False, soft_wrap=True)
+    text = json.dumps(to_json(stored_records(folder)), indent=1, ensure_ascii=False) + "\n"
+    if json_to == "-":
+        sys.stdout.write(text)
+    elif json_file is not None:
+        write_text(json_file, text)
+
+
+def show_list() -> None:
+    """Print the figures that can be drawn, and those that cannot yet."""
+    table = Table(title="Figures of the paper")
+    for name in ("name", "figure", "what it shows"):
+        table.add_column(name, no_wrap=name == "name")
+    for entry in ENTRIES:
+        table.add_row(entry.name, entry.of_paper or "-", entry.description)
+    for of, why in NOT_DRAWN.items():
+        table.add_row("(not drawn)", of, why)
+    Console().print(table)
+
+
+def _say(records: Sequence[dict[str, Any]], console: Console) -> None:
+    """Numbers that are known from elsewhere, beside ours."""
+    from rodatlas.paper.output import texts_of
+
+    table = Table(title="Numbers known from elsewhere")
+    for name in ("figure", "quantity", "ours", "known", "difference"):
+        table.add_column(name, no_wrap=name != "quantity")
+    for record in records:
+        for n in (n for n in record["numbers"] if "known" in n):
+            ours, theirs = texts_of(n["value"], n["known"]["value"], n["known"]["resolution"])
+            style = "" if n["agrees"] else "bold red"
+            table.add_row(record["name"], n["quantity"], ours, theirs, f"{n['difference']:.1e}", style=style)
+    if table.row_count:
+        console.print(table)
+    for record in records:
+        for remark in record["remarks"]:
+            console.print(f"{record['name']}: {remark}", highlight=False, markup=False, soft_wrap=True)

@@ -1,0 +1,99 @@
+"""Our version of each numerical figure of the paper, with its numbers beside the paper's.
+
+The paper is T. Yu and J. A. Hanna, "Bifurcations of buckled, clamped anisotropic rods and thin bands under lateral
+end translations". Each figure has a module of its own with a function `draw(sources, **options)`, loaded when it is
+drawn.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from rodatlas.paper.drawn import Drawn
+    from rodatlas.paper.sources import Sources
+
+PAPER = (
+    'T. Yu and J. A. Hanna, "Bifurcations of buckled, clamped anisotropic rods and thin bands under lateral end '
+    'translations"'
+)
+
+
+@dataclass(frozen=True)
+class Entry:
+    """A figure that can be drawn.
+
+    Attributes
+    ----------
+    name : of the figure; its files are fig-NAME.png and .pdf.
+    module : of this package, that has `draw`. options : further arguments of it.
+    of_paper : the paper's number(s) of the figure, '' for one that the paper does not have.
+    description : one line.
+    """
+
+    name: str
+    module: str
+    of_paper: str
+    description: str
+    options: Mapping[str, Any] = field(default_factory=dict)
+
+    def draw(self, sources: Sources) -> Drawn:
+        """Draw it from results that the folder has, or that are computed now."""
+        return import_module(f"{__name__}.{self.module}").draw(sources, **self.options)
+
+
+def _slice(angle_deg: float, of_paper: str, description: str, shear_max: float | None = None) -> Entry:
+    options = {"angle_deg": angle_deg, "shear_max": shear_max}
+    return Entry(f"slice-{angle_deg:g}", "slices", of_paper, description, options)
+
+
+ENTRIES = (
+    _slice(0.0, "3", "0 deg: U and W mirror images, S on the axis, third mode, twisted loops"),
+    _slice(5.0, "5", "5 deg: the mirror symmetry is broken; folds 5, 6 and 7 appear"),
+    _slice(15.0, "7", "15 deg: the slice with all named states but S"),
+    _slice(27.5, "8", "27.5 deg: 4 is subcritical, fold 12 exists, w is near U"),
+    _slice(30.0, "10", "30 deg: U goes over into w"),
+    _slice(37.0, "12", "37 deg: one path U-w-uUui and a short residual uUui"),
+    _slice(45.0, "13", "45 deg: WS no longer stable, the residual gone"),
+    _slice(55.0, "15", "55 deg: a short uUu; US turns back at high shear", 0.86),
+    _slice(60.0, "16", "60 deg: uUu gone, fold 17 ends US"),
+    Entry("profiles", "profiles", "11", "the five stable states at 30 deg, dD = 0.625: force, strains, energy"),
+    Entry("phase", "phase", "18", "loci of bifurcations 0 to 18 in the plane of clamp angle and shear"),
+)  # fmt: skip
+
+NOT_DRAWN = {
+    "4, 6": "the slices at 0 and 5 deg with measured ranges: the paper prints no table of them",
+    "19, 22": "wide bands: needs the Audoly-Neukirch or Wunderlich model",
+    "20, 21": "slices of wide bands: needs the Audoly-Neukirch or Wunderlich model",
+    "1, 24": "sketches of the set-up and of the frames",
+    "2": "all states side by side: the slices have renderings of them",
+    "9, 14": "close-ups of transitions",
+    "17": "the jump at fold 17",
+    "23": "paper models of limiting states: not computed",
+    "25": "bifurcations against Poisson's ratio",
+    "26": "the square section: needs the anisotropic rod with kappa2",
+    "27": "profiles at 45 degrees; Wunderlich strips need a model of their own",
+}
+
+
+def names() -> list[str]:
+    """Names of all figures, in the order of the paper."""
+    return [entry.name for entry in ENTRIES]
+
+
+def chosen(wanted: Sequence[str]) -> list[Entry]:
+    """Entries by name, all when none is named.
+
+    Raises
+    ------
+    ValueError
+        for a name that no figure has.
+    """
+    known = {entry.name: entry for entry in ENTRIES}
+    for name in wanted:
+        if name not in known:
+            raise ValueError(f"figure: expected one of {', '.join(known)}, got '{name}'")
+    return [known[name] for name in dict.fromkeys(wanted)] if wanted else list(ENTRIES)

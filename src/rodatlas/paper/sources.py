@@ -1,0 +1,71 @@
+"""Where figures take their results from: slices and loci of a folder, computed and kept there when missing."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from rodatlas.atlas import Loci, Slice, SliceSettings
+
+Report = Callable[[str, int, int], None]
+"""Called with (what is being done, pieces finished, pieces known to be left)."""
+
+
+def _silent(message: str, done: int, pending: int) -> None:
+    pass
+
+
+class Sources:
+    """Results at dL = 1/2 and nu = 1/4, each read or computed once.
+
+    Parameters
+    ----------
+    folder : where the data files lie, named as those of `rodatlas slice` and `rodatlas loci`.
+    report : called as the work goes on. say : told in one line what happens to files.
+    """
+
+    def __init__(self, folder: Path, report: Report | None = None, say: Callable[[str], None] | None = None):
+        self.folder, self.report, self._say = folder, report or _silent, say
+        self._slices: dict[SliceSettings, Slice] = {}
+        self._loci: Loci | None = None
+
+    def __repr__(self) -> str:
+        return f"Sources({self.folder}, {len(self._slices)} slices)"
+
+    def slice_at(self, angle_deg: float, shear_max: float | None = None) -> Slice:
+        """The slice at a clamp angle, up to 0.82 in shear or further."""
+        settings = slice_settings(angle_deg, shear_max)
+        if settings not in self._slices:
+            from rodatlas.atlas.slices.obtain import obtain_slice
+
+            where = self._folder_of(settings)
+            where.mkdir(parents=True, exist_ok=True)
+            self._slices[settings] = obtain_slice(settings, where, self.report, say=self._say)
+        return self._slices[settings]
+
+    def slices_at(self, angles_deg: Iterable[float]) -> list[Slice]:
+        """Slices at several clamp angles."""
+        return [self.slice_at(angle) for angle in angles_deg]
+
+    def loci(self) -> Loci:
+        """The loci of bifurcations 0 to 18."""
+        if self._loci is None:
+            from rodatlas.atlas.loci.obtain import obtain_loci
+            from rodatlas.atlas.loci.result import LociSettings
+
+            self._loci = obtain_loci(LociSettings(), self.folder, (), self.report, say=self._say)
+        return self._loci
+
+    def _folder_of(self, settings: SliceSettings) -> Path:
+        """Slices of another range of shear have the same file names: they lie in a folder of their own."""
+        usual = slice_settings(settings.angle_deg).shear_max
+        return self.folder if settings.shear_max == usual else self.folder / f"shear-to-{settings.shear_max:g}"
+
+
+def slice_settings(angle_deg: float, shear_max: float | None = None) -> SliceSettings:
+    """Settings of a slice of the paper."""
+    from rodatlas.atlas import SliceSettings
+
+    return SliceSettings(angle_deg) if shear_max is None else SliceSettings(angle_deg, shear_max=shear_max)
