@@ -25,7 +25,7 @@ def stem_of(settings: SliceSettings) -> str:
 
 def obtain_slice(
     settings: SliceSettings, folder: Path, progress: Progress | None = None, *, fresh: bool = False,
-    say: Say | None = None,
+    say: Say | None = None, stem: str | None = None,
 ) -> Slice:  # fmt: skip
     """The slice from its data file in a folder, or computed and written there.
 
@@ -36,14 +36,15 @@ def obtain_slice(
     progress : called as the work goes on.
     fresh : compute everything again.
     say : told what is read, resumed or kept.
+    stem : name of the files without suffix, :func:`stem_of` when left out.
     """
     say = say or (lambda line: None)
-    data = folder / f"{stem_of(settings)}.h5"
+    data = folder / f"{stem or stem_of(settings)}.h5"
     known = None if fresh else stored_slice(data, settings)
     if known is not None:
         say(f"read from {data} (--fresh computes everything again)")
         return known
-    cache = FolderCache(data.with_suffix(""), settings, fresh)
+    cache = FolderCache(folder / data.stem, settings, fresh)
     if len(cache):
         say(f"resuming: {len(cache)} finished branches in {cache.folder}")
     try:

@@ -1,0 +1,54 @@
+"""Slices computed by two processes equal those computed here, and are read back by the same call."""
+
+from dataclasses import replace
+
+import pytest
+
+from rodatlas.atlas import Slice, SliceSettings, compute_slice
+from rodatlas.atlas.study import TasksFailed, obtain_slices
+
+NEAR = SliceSettings(15.0, shear_max=0.02, shear_min=0.0, tolerance=1e-6)  # about a second
+OTHER = replace(NEAR, poisson=0.3)
+
+
+def values(slice_):
+    return {k: v for k, v in slice_.to_json().items() if k != "seconds"}
+
+
+def test_two_processes_give_what_one_gives(tmp_path):
+    heard, said = [], []
+    found = obtain_slices([NEAR, OTHER, NEAR], tmp_path, 2, lambda *args: heard.append(args), say=said.append)
+    assert values(found[0]) == values(compute_slice(NEAR))
+    assert found[0] is found[2]
+    assert found[1].settings == OTHER
+    assert {p.name for p in tmp_path.iterdir()} == {"slice-15.h5", "slice-15-nu0.3.h5"}
+    assert values(Slice.load(tmp_path / "slice-15-nu0.3.h5")) == values(found[1])
+    assert said == []
+    assert {done + left for _, done, left in heard} == {2}
+    assert {message.split(":")[0] for message, _, _ in heard} == {"slice-15", "slice-15-nu0.3"}
+    # again: read, nothing computed, nothing written
+    written = {p.name: p.stat().st_mtime_ns for p in tmp_path.iterdir()}
+    again = obtain_slices([NEAR, OTHER], tmp_path)
+    assert [s.seconds for s in again] == [found[0].seconds, found[1].seconds]
+    assert {p.name: p.stat().st_mtime_ns for p in tmp_path.iterdir()} == written
+
+
+def test_settings_that_would_share_a_file_are_refused(tmp_path):
+    with pytest.raises(ValueError, match=r"got several for slice-15\.h5"):
+        obtain_slices([NEAR, replace(NEAR, tolerance=1e-7)], tmp_path)
+
+
+def test_a_damaged_file_is_named(tmp_path):
+    (tmp_path / "slice-15.h5").write_bytes(b"no HDF5")
+    with pytest.raises(ValueError, match=r"slice-15\.h5: expected a 'rodatlas/slice' file"):
+        obtain_slices([NEAR, OTHER], tmp_path)
+
+
+def test_what_cannot_be_computed_is_told_with_the_reason(tmp_path):
+    """A folder in the way of the files of one slice: the other is there afterwards."""
+    (tmp_path / "slice-15").write_text("in the way of its branches")
+    said = []
+    with pytest.raises(TasksFailed, match=r"1 of 2 slices could not be computed: slice-15 \(ValueError: out: expected"):
+        obtain_slices([NEAR, OTHER], tmp_path, say=said.append)
+    assert len(said) == 2  # tried three times
+    assert Slice.load(tmp_path / "slice-15-nu0.3.h5").settings == OTHER
