@@ -146,6 +146,23 @@ def paper_command(
         run(figure or [], out, json_to)
 
 
+@app.command("export")
+def export_command(
+    file: Annotated[str, typer.Argument(help="File of solve, slice or loci (.h5), or of states --json (.json).")],
+    out: Annotated[str, typer.Option(help="File to write; of several tables or shapes, each adds its name.")],
+    form: Annotated[str, typer.Option("--format", help="csv, vtp, glb or stl [default: by the name in --out].")] = "",
+    width: Annotated[str, typer.Option(help="Width over length of shapes, in L [default: 1/80].")] = "",
+    band: Annotated[str, typer.Option(help="Band in mm such as 240x30x0.127: shapes and lengths in mm.")] = "",
+    state: Annotated[str, typer.Option(help="One state of a slice, with --shear.")] = "",
+    shear: Annotated[str, typer.Option(help="Shear at which shapes of a slice are wanted.")] = "",
+    samples: Annotated[str, typer.Option(help="Cross-sections of shapes, rows of the table of a state.")] = "481",
+) -> None:
+    """Write tables (CSV) or shapes (VTP, GLB, STL) of a result for other programs."""
+    from rodatlas.cli.export import run
+
+    run(file, form, out, width, band, state, shear, samples)
+
+
 def main(arguments: Sequence[str] | None = None) -> None:
     """Entry point: wrong input is one line and exit code 2, an interrupt is exit code 130."""
     command = typer.main.get_command(app)

@@ -23,13 +23,14 @@ def run(angle: str, shear: str, state: str, out: str, compression: str, poisson:
     Ends(settings.angle_deg, settings.compression, value)
     path = _target(out)
     from rodatlas.atlas.slices.reach import reach, split_name
+    from rodatlas.plot.exports import solution_table, write_csv
 
     split_name(state)
     with progress_bar(f"{state} at {settings.angle_deg:g} deg, shear {value:g}") as report:
         solution, _ = reach(settings, state, value, progress=report)
     solution.save(path)
     table = path.with_suffix(".csv")
-    write_csv(table, solution)
+    write_csv(table, *solution_table(solution), bare=True)
     console = Console()
     console.print(_table(state, solution))
     console.print(f"wrote {path} and {table}", highlight=False, soft_wrap=True)
@@ -42,15 +43,6 @@ def _target(text: str) -> Path:
         raise ValueError(f"out: expected a file name, got the folder '{text}'")
     writable_folder(str(path.parent))
     return path.with_suffix(".h5")
-
-
-def write_csv(path: Path, solution: Solution) -> None:
-    """Unknowns at 201 equidistant s, with the parameters in comment lines."""
-    s = np.linspace(0.0, 1.0, 201)
-    head = [f"{k} = {v:.12g}" for k, v in zip(solution.parameter_names, solution.parameters, strict=True)]
-    head += [f"{k} = {v:.12g}" for k, v in solution.observables.items()]
-    head += ["lengths in L, forces in GJ/L^2, moments in GJ/L; body components", ",".join(["s", *solution.unknowns])]
-    np.savetxt(path, np.column_stack([s, solution(s)]), delimiter=",", header="\n".join(head), fmt="%.12g")
 
 
 def _table(name: str, solution: Solution) -> Table:

@@ -180,7 +180,8 @@ class Solution:
 
         Parameters
         ----------
-        table : path of a CSV file whose first line names the columns, or a DataFrame or mapping of columns.
+        table : path of a CSV file whose first line, or last comment line (#) before the rows, names the columns; or a
+            DataFrame or mapping of columns.
         unknowns : columns to read, in the order of the problem.
         s : column of places; see :meth:`from_values`.
 
@@ -196,7 +197,7 @@ class Solution:
         if isinstance(table, (str, os.PathLike)):
             where = os.fspath(table)
             try:
-                table = pd.read_csv(where, skipinitialspace=True)
+                table = _read_csv(where)
             except (pd.errors.ParserError, pd.errors.EmptyDataError, UnicodeDecodeError) as error:
                 raise ValueError(f"{where}: expected a CSV file with named columns, got: {error}") from None
         found = [str(name) for name in table]
@@ -208,6 +209,32 @@ class Solution:
         except (TypeError, ValueError) as error:
             raise ValueError(f"{where}: expected numbers in the columns {', '.join((s, *names))}: {error}") from None
         return cls.from_values(columns[0], np.column_stack(columns[1:]), names, parameters, points)
+
+
+def _read_csv(path: str) -> pd.DataFrame:
+    """A table from a file; comment lines come first, if any, and their last may name the columns."""
+    import pandas as pd
+
+    last, skipped = "", 0
+    with open(path, encoding="utf-8") as lines:
+        for line in lines:
+            if not line.startswith("#"):
+                break
+            last, skipped = line, skipped + 1
+        else:
+            line = ""
+    names = None
+    if skipped and _is_number(line.split(",")[0]):
+        names = [name.strip() for name in last.lstrip("# ").split(",")]
+    return pd.read_csv(path, skipinitialspace=True, skiprows=skipped, names=names)
+
+
+def _is_number(text: str) -> bool:
+    try:
+        float(text)
+    except ValueError:
+        return False
+    return True
 
 
 def _checked_names(unknowns: Sequence[str], parameters: Mapping[str, float]) -> tuple[tuple[str, ...], np.ndarray]:

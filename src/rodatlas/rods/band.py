@@ -27,6 +27,17 @@ def check_poisson(value: object) -> float:
     return check_number("poisson", value, math.nextafter(-1.0, 0.0), 0.5, "a number with -1 < nu <= 0.5")
 
 
+def ratio_from_text(text: str, field: str = "width") -> float:
+    """Width over length from '1/80' or '0.0125'."""
+    what = "the width over the length, such as 1/80 or 0.0125"
+    top, bar, bottom = text.partition("/")
+    try:
+        value = float(top) / (float(bottom) if bar else 1.0)
+    except (ValueError, ZeroDivisionError):
+        raise ValueError(f"{field}: expected {what}, got '{text}'") from None
+    return check_between(field, value, 0.0, 10.0, what)
+
+
 @dataclass(frozen=True)
 class Band:
     """A thin straight band.

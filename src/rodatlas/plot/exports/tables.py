@@ -1,0 +1,91 @@
+"""Results as tables of numbers, written as CSV with comment lines that tell the units."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from rodatlas.plot.exports.files import replace_file
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+    from rodatlas.continuation import Solution
+
+SAMPLES = 201
+UNITS = "lengths in L, forces in GJ/L^2, moments and energies in GJ/L"
+
+
+def solution_table(solution: Solution, samples: int = SAMPLES) -> tuple[pd.DataFrame, list[str]]:
+    """Unknowns at equidistant s, and comment lines with the parameters and observables."""
+    import pandas as pd
+
+    s = np.linspace(0.0, 1.0, samples)
+    named = [*zip(solution.parameter_names, solution.parameters.tolist(), strict=True), *solution.observables.items()]
+    lines = [*(f"{key} = {value:.12g}" for key, value in named), f"{UNITS}; body components"]
+    return pd.DataFrame(np.column_stack([s, solution(s)]), columns=["s", *solution.unknowns]), lines
+
+
+def slice_tables(slice_: Any) -> dict[str, pd.DataFrame]:
+    """The tables of a :class:`rodatlas.atlas.Slice`: named stable 'states', 'events' (bifurcations), and 'branches'
+    with a row for each computed point, in order along each branch."""
+    import pandas as pd
+
+    frames = []
+    for b in slice_.branches:
+        frame = b.followed.branch.to_frame()
+        frame.insert(0, "branch", b.id)
+        frames.append(frame.rename(columns={"dD": "shear"}).drop(columns=["a", "psi0", "dL"], errors="ignore"))
+    branches = pd.concat(frames, ignore_index=True) if frames else pd.DataFrame()
+    events = slice_.to_frame("events")
+    if len(events):
+        for side, column in enumerate(("index_before", "index_after")):
+            events.insert(events.columns.get_loc("index"), column, [pair[side] for pair in events["index"]])
+        events = events.drop(columns="index")
+    return {"states": slice_.to_frame(), "events": events, "branches": branches}
+
+
+def loci_tables(loci: Any) -> dict[str, pd.DataFrame]:
+    """The tables of :class:`rodatlas.atlas.Loci`: 'events' (special points), and 'points' with a row for each computed
+    point of each piece, the pieces without a number too."""
+    import pandas as pd
+
+    rows = [
+        {"piece": i, "number": p.number, "kind": p.kind, "angle_deg": float(np.degrees(x["psi0"])), "shear": x["dD"],
+         "height": x["height"], "energy": x["energy"], "error": x.error}
+        for i, p in enumerate(loci.pieces) for x in p.points
+    ]  # fmt: skip
+    points, events = pd.DataFrame(rows), loci.to_frame()
+    if len(events):
+        events["with"] = [" ".join(map(str, numbers)) for numbers in events["with"]]
+    if rows:
+        points["number"] = points["number"].astype("Int64")  # keeps whole numbers beside missing ones
+    return {"events": events, "points": points}
+
+
+LENGTHS = ("s", "x", "y", "z", "shear", "height", "shear_low", "shear_high", "height_low", "height_high", "dL", "dD")
+
+
+def with_millimeters(frame: pd.DataFrame, length: float) -> pd.DataFrame:
+    """The table with a column in mm beside each length, for a band of a length in mm."""
+    out = frame.copy()
+    for name in (name for name in LENGTHS if name in frame):
+        out.insert(int(out.columns.get_loc(name)) + 1, f"{name}_mm", length * frame[name])
+    return out
+
+
+def write_csv(
+    path: str | os.PathLike[str], frame: pd.DataFrame, comments: Sequence[str] = (), *, bare: bool = False
+) -> Path:
+    """Write a table: comment lines that start with #, the names of the columns, the rows with 12 digits.
+
+    Parameters
+    ----------
+    bare : let the line of names be a comment too, so that `numpy.loadtxt` reads the file as it is.
+    """
+    text = "".join(f"# {line}\n" for line in comments) + ("# " if bare else "")
+    return replace_file(path, (text + frame.to_csv(index=False, float_format="%.12g")).encode())

@@ -1,0 +1,117 @@
+"""`rodatlas export`: the files it writes, and how it refuses."""
+
+import json
+
+import pandas as pd
+import pytest
+import trimesh
+
+from rodatlas.cli import main
+from rodatlas.continuation import Solution
+
+
+def run(capsys, *arguments):
+    with pytest.raises(SystemExit) as stop:
+        main(["export", *map(str, arguments)])
+    out = capsys.readouterr()
+    return stop.value.code, out.out, out.err
+
+
+@pytest.fixture(scope="module")
+def files(slice_15, tmp_path_factory):
+    """A slice, a solution, and other things, as files."""
+    folder = tmp_path_factory.mktemp("results")
+    slice_15.save(folder / "slice.h5")
+    slice_15.state("U", 0.2).solutions[-1].save(folder / "u.h5")
+    plain = Solution.from_function(lambda s: s[:, None], ("v",), {"lam": 1.0})
+    plain.save(folder / "plain.h5")
+    (folder / "damaged.h5").write_bytes((folder / "u.h5").read_bytes()[:3000])
+    (folder / "text.h5").write_text("hello")
+    state = {"name": "U", "index": 0, "N0": [1.0, 2.0, 3.0], "inflections": {"k1": 2, "tau": 4}}
+    (folder / "states.json").write_text(
+        json.dumps({"schema": "rodatlas/states/1", "angle_deg": 15.0, "shear": 0.1, "states": [state]})
+    )
+    (folder / "other.json").write_text("[1]")
+    return folder
+
+
+def test_a_member_of_a_pair_as_a_solid_in_millimeters(capsys, files, tmp_path):
+    volumes = {}
+    for name in ("US+", "US-"):
+        out = tmp_path / f"{name}.stl"
+        code, _, _ = run(
+            capsys, files / "slice.h5", "--state", name, "--shear", "0.5", "--out", out, "--band", "240x30x0.127"
+        )
+        assert code == 0
+        mesh = trimesh.load(out)
+        assert mesh.is_watertight
+        volumes[name] = mesh.volume
+    assert volumes["US+"] == pytest.approx(240 * 30 * 0.127, rel=1e-3)
+    assert volumes["US-"] == pytest.approx(volumes["US+"], rel=1e-4)
+
+
+def test_coexisting_states_in_one_scene(capsys, files, tmp_path):
+    code, out, err = run(capsys, files / "slice.h5", "--format", "glb", "--out", tmp_path / "all")
+    assert code == 0
+    assert "where most stable states coexist" in err
+    assert out == f"wrote {tmp_path}/all.glb\n"
+    assert set(trimesh.load(tmp_path / "all.glb").geometry) == {"U", "W", "TU+", "TW+"}
+
+
+def test_one_file_for_each_table_and_shape(capsys, files, tmp_path):
+    for form in ("csv", "vtp"):
+        assert run(capsys, files / "slice.h5", "--format", form, "--shear", "0.01", "--out", tmp_path / "s")[0] == 0
+    names = {p.name for p in tmp_path.iterdir()}
+    assert names == {f"s-{x}.csv" for x in ("states", "events", "branches")} | {
+        f"s-{x}.vtp" for x in ("U", "W", "TU+", "TW+")
+    }
+
+
+def test_table_of_found_states(capsys, files, tmp_path):
+    code, _, _ = run(capsys, files / "states.json", "--out", tmp_path / "states.csv")
+    assert code == 0
+    row = pd.read_csv(tmp_path / "states.csv").iloc[0]
+    assert (row["N0_3"], row["inflections_tau"], row["angle_deg"]) == (3.0, 4, 15.0)
+
+
+@pytest.mark.parametrize(
+    ("file", "options", "message"),
+    [
+        ("none.h5", [], "none.h5: expected an HDF5 file written by rodatlas"),
+        ("damaged.h5", [], "damaged.h5: expected an HDF5 file written by rodatlas"),
+        ("text.h5", [], "text.h5: expected an HDF5 file written by rodatlas"),
+        ("", [], "got a folder"),
+        ("other.json", [], "file: expected what 'rodatlas states --json' writes"),
+        ("states.json", ["--format", "stl"], "file: expected an HDF5 file for shapes and single states"),
+        ("plain.h5", ["--format", "vtp"], "file: expected the solution of a rod, got one without k1, q0, q1"),
+        ("u.h5", ["--format", "obj"], "format: expected one of csv, vtp, glb, stl, got 'obj'"),
+        ("u.h5", ["--format", "stl"], "band: expected LENGTHxWIDTHxTHICKNESS in mm for STL"),
+        ("u.h5", ["--format", "vtp", "--band", "240x30"], "band: expected LENGTHxWIDTHxTHICKNESS in mm such as"),
+        ("u.h5", ["--format", "vtp", "--width", "1/0"], "width: expected the width over the length"),
+        ("u.h5", ["--format", "vtp", "--width", "x"], "width: expected the width over the length, such as 1/80 or"),
+        ("u.h5", ["--format", "vtp", "--samples", "2"], "samples: expected a whole number from 3"),
+        ("u.h5", ["--state", "U", "--shear", "0"], "state: expected --state only with the file of a slice"),
+        ("slice.h5", ["--state", "U"], "shear: expected the shear at which U is wanted, got none"),
+        ("slice.h5", ["--state", "U", "--shear", "0.7"], "shear: expected one at which U is stable at 15 deg, from -0"),
+        ("slice.h5", ["--state", "S+", "--shear", "0.7"], "state: expected one that is stable in the slice at 15 deg"),
+        ("slice.h5", ["--state", "Q", "--shear", "0.7"], "state: expected one of U, US+"),
+        ("slice.h5", ["--format", "glb", "--shear", "3"], "shear: expected a number from -0.05 to 0.82"),
+    ],
+)
+def test_wrong_input_is_one_line(capsys, files, tmp_path, file, options, message):
+    code, out, err = run(capsys, files / file, "--out", tmp_path / "x.csv", *options)
+    assert (code, out) == (2, "")
+    assert err.startswith("rodatlas: ")
+    assert message in err
+    assert err.count("\n") == 1
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_the_target_is_checked_first(capsys, files, tmp_path):
+    code, _, err = run(capsys, "none.h5", "--format", "csv", "--out", tmp_path)
+    assert code == 2
+    assert err == f"rodatlas: out: expected a file name, got the folder '{tmp_path}'\n"
+    code, _, err = run(capsys, "none.h5", "--out", "picture")
+    assert (code, err) == (
+        2, "rodatlas: format: expected one of csv, vtp, glb, stl, got the file name 'picture' and no --format\n"
+    )  # fmt: skip
