@@ -7,8 +7,9 @@ import pytest
 
 from rodatlas.atlas import Loci
 from rodatlas.cli import main
-from rodatlas.continuation import Status, TraceOptions, follow_locus
+from rodatlas.continuation import EndReason, Status, StepControl, TraceOptions, follow_locus, trace
 from rodatlas.rods import rod_problem
+from rodatlas.rods.stability import morse_index_of
 
 NUMBERS = (3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15, 18)
 
@@ -48,6 +49,40 @@ def test_events(loci, number, kind, angle, partners):
     near = [e for e in events(loci, number, kind, "psi0" if kind == "extremum" else "") if abs(e[0] - angle) < 0.002]
     assert len(near) == 1, events(loci, number, kind)
     assert set(partners) <= set(near[0][1])
+
+
+def test_loci_are_known_up_to_a_shear_of_0_86(loci):
+    """Forces grow to 2e5 there, nearly the limiting shear of 0.866; meshes follow and nothing ends before."""
+    for curve in loci.curves:
+        assert set(curve.ends) <= {EndReason.RANGE, EndReason.CRITICALITY}
+        assert max(p.solution.error for p in curve.points) < 1e-8
+    ends = {round(p.solution["dD"], 9): p.solution for c in loci.curves for p in (c.points[0], c.points[-1])}
+    assert np.abs(ends[0.86].values[:, :3]).max() > 1e5
+
+
+def test_us_turns_back_near_the_limiting_shear(loci):
+    """At 55 degrees the paper has this fold (17) of US at about 0.856; a slice up to 0.862 has it at 0.8556700731."""
+    folds = [p for p in loci.pieces if p.kind == "fold" and p.angles_deg[0] < 55.0 < p.angles_deg[1]]
+    assert max(p.at(55.0)[0] for p in folds) == pytest.approx(0.8556700731, abs=1e-6)
+
+
+def test_u_is_stable_again_near_the_limiting_shear(loci):
+    """Where uUu is lost at lower shear: two more loci, met by a branch at constant angle; the index tells them."""
+    fold = max((p for p in loci.pieces if p.kind == "fold" and p.number is None), key=_top)
+    pitchfork = max((p for p in loci.pieces if p.kind == "pitchfork" and p.number is None), key=_top)
+    start = next(s for s in fold.points if s["dD"] > 0.852)
+    angle = float(np.degrees(start["psi0"]))
+    shear = pitchfork.at(angle)[0]
+    options = TraceOptions(bounds={"dD": (0.8, shear + 3e-4)}, step=StepControl(maximum=20.0))
+    branch = trace(rod_problem(), start, ("dD",), options)
+    (turn,), (crossed,) = branch.of_kind("fold"), branch.of_kind("branch point")
+    assert turn.solution["dD"] == pytest.approx(start["dD"], abs=1e-9)
+    assert crossed.solution["dD"] == pytest.approx(shear, abs=1e-6)
+    assert sorted(morse_index_of(p.solution) for p in (branch.points[0], branch.points[-1])) == [0, 2]
+
+
+def _top(piece):
+    return piece.points[-1]["dD"]
 
 
 def test_what_happens_is_said(loci):

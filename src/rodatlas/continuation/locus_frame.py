@@ -11,7 +11,14 @@ from rodatlas.continuation.linear import Blocks, Columns
 from rodatlas.continuation.locus_start import kernel_border
 from rodatlas.continuation.locus_system import KINDS, Border, Local, Tests, local_problem
 from rodatlas.continuation.locus_value import ValueLocal, value_problem
-from rodatlas.continuation.mesh import equidistribute, halved, monitor, relative_change
+from rodatlas.continuation.mesh import (
+    ErrorEstimate,
+    equidistribute,
+    halved,
+    monitor,
+    relative_change,
+    wanted_intervals,
+)
 from rodatlas.continuation.options import TraceOptions
 from rodatlas.continuation.problem import BVP
 from rodatlas.continuation.results import SpecialPoint
@@ -54,8 +61,8 @@ class LocusFrame:
     """A point of the locus on its discretization; `behind` are state, tangent and distance of the one before.
 
     `unfolding` is the artificial unknown of a branch point; `noise` the distance to the iterate at which tangent and
-    test functions were evaluated; `rate` bounds error / correction^2 of Newton's method; `estimated` are intervals and
-    error of the last estimate; `round_off` says that more intervals did not lower it.
+    test functions were evaluated; `rate` bounds error / correction^2 of Newton's method; `error` is the last estimate,
+    and `round_off` says that no mesh would lower it.
     """
 
     colloc: Collocation
@@ -69,7 +76,6 @@ class LocusFrame:
     iterations: int = 0
     unfolding: float = 0.0
     noise: float = 0.0
-    estimated: tuple[int, float] = (0, float("inf"))
     round_off: bool = False
 
     def predict(self, step: float) -> Columns:
@@ -123,7 +129,7 @@ def correct(
             done = LocusFrame(colloc, x, tangent, local.border, local.measure(), rate=here.rate, unfolding=beta)
             if len(corrections) > 1 and corrections[1] > 1e-13:
                 done = replace(done, rate=float(np.clip(RATE_MARGIN * corrections[1] / corrections[0] ** 2, 10.0, 1e4)))
-            done = replace(done, error=here.error, estimated=here.estimated, round_off=here.round_off)
+            done = replace(done, error=here.error, round_off=here.round_off)
             return replace(done, iterations=len(corrections), noise=noise), corrections
     return None
 
@@ -145,13 +151,11 @@ def adapted(sought: Sought, frame: LocusFrame, options: TraceOptions, settle: bo
     control, colloc = options.mesh, frame.colloc
     intervals, error = len(colloc.step), frame.error
     if not control.is_fixed_size:
-        error = error_of(sought, frame)
-        grown, before = frame.estimated[0] < intervals, frame.estimated[1]
-        stuck = (grown or frame.round_off) and error > max(0.5 * before, control.tolerance)
-        frame = replace(frame, estimated=(intervals, error), round_off=stuck)
-        ratio = (max(error, 1e-16) / (0.3 * control.tolerance)) ** (1.0 / (2 * colloc.scheme.points))
-        if np.isfinite(error) and not 0.85 < ratio < 1.0 and not (stuck and ratio > 1.0):
-            intervals = int(np.clip(round(intervals * np.clip(ratio, 0.7, 1.5)), *control.intervals))
+        estimate = error_of(sought, frame, control.tolerance)
+        intervals = wanted_intervals(control, intervals, estimate)
+        grown = max(1.0, intervals / len(colloc.step))
+        error = estimate.error / (1.0 if estimate.is_round_off else grown ** (2 * colloc.scheme.points))
+        frame = replace(frame, round_off=estimate.is_round_off)
     density = monitor(colloc, frame.x)
     for v in frame.border.vectors:
         density = np.maximum(density, monitor(colloc, v))
@@ -162,15 +166,25 @@ def adapted(sought: Sought, frame: LocusFrame, options: TraceOptions, settle: bo
     return replace(found[0], error=error) if found else replace(frame, error=error)
 
 
-def error_of(sought: Sought, frame: LocusFrame) -> float:
-    """Largest error at mesh points and in the parameters: one Newton step on the mesh of halved intervals."""
+def error_of(sought: Sought, frame: LocusFrame, enough: float) -> ErrorEstimate:
+    """Error at mesh points and in the parameters, from Newton steps on the mesh of halved intervals.
+
+    The first one gives the error; where that is more than `enough`, a second one measures round-off.
+    """
     fine = on_mesh(frame, halved(frame.colloc.mesh))
-    local = sought.local(fine.colloc, fine.x, fine.border, 0.0)
-    step = local.step(fine.colloc, fine.tangent, 0.0) if local else None
-    if step is None:
-        return float("nan")
-    dx = step[0]
-    return relative_change(frame.colloc, frame.x, Columns(dx.stage, dx.mesh[::2], dx.scalars))
+    y, beta = fine.x, 0.0
+    sizes: list[float] = []
+    for _ in range(2):
+        local = sought.local(fine.colloc, y, fine.border, beta)
+        step = local.step(fine.colloc, fine.tangent, 0.0) if local else None
+        if step is None:
+            return ErrorEstimate(float("nan"), float("nan"))
+        dx, beta = step[0], beta + step[1]
+        y = add(y, (1.0, dx))
+        sizes.append(relative_change(frame.colloc, frame.x, Columns(dx.stage, dx.mesh[::2], dx.scalars)))
+        if sizes[0] <= enough:
+            return ErrorEstimate(sizes[0], 0.0)
+    return ErrorEstimate(*sizes)
 
 
 def on_mesh(frame: LocusFrame, mesh: np.ndarray) -> LocusFrame:

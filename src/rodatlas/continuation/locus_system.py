@@ -35,7 +35,8 @@ from rodatlas.continuation.directional import derivatives_along
 from rodatlas.continuation.linear import Blocks, Columns, Factorization
 
 KINDS = ("fold", "branch point")
-HOLD = 1e-4  # weight of 'no motion along the last direction'; it matters only where nothing else holds it
+HOLD = 1e-4  # weight of 'no motion along the last direction' in units of the largest other; it matters only where
+# nothing else holds it, and would slow Newton's method down if all others were smaller (large forces: by 1e-3 and more)
 UPRIGHT = 1e-6  # kernel vectors at a branch point whose lambda components are below this are told apart by continuity
 
 
@@ -193,6 +194,7 @@ def _branch_point(colloc: Collocation, x: Columns, lin: Linearization, border: B
     directions = (along_mu, v1, v2)
     conditions = np.array([[w.dot(d) for d in directions] for w in gradients])
     values = -np.array([g1, g2]) - [w.dot(base) for w in gradients]
+    largest = float(np.abs(conditions / [colloc.norm(d) for d in directions]).max())
 
     def measure() -> Tests:
         size = colloc.norm(v2)
@@ -204,7 +206,8 @@ def _branch_point(colloc: Collocation, x: Columns, lin: Linearization, border: B
 
     return Local(
         base, share, directions, np.array([share_mu, g1, g2]), conditions, values,
-        Border(_orthonormal(colloc, v1, v2), left_column(colloc, psi)), measure, HOLD,
+        Border(_orthonormal(colloc, v1, v2), left_column(colloc, psi)), measure,
+        HOLD * largest,
     )  # fmt: skip
 
 

@@ -75,7 +75,7 @@ def trace_options(settings: LociSettings) -> TraceOptions:
     """Options of every locus: as those of the branches of a slice."""
     return TraceOptions(
         mesh=MeshControl(tolerance=settings.tolerance),
-        step=StepControl(maximum=20.0),
+        step=StepControl(maximum=200.0),
         bounds={"dD": settings.shears, "psi0": (0.0, math.radians(settings.angle_max))},
     )
 

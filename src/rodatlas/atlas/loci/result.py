@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Sequence
-from dataclasses import asdict, dataclass, field
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict, dataclass, field, fields
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from rodatlas.atlas.loci.events import PlaneEvent
 
 SCHEMA = "rodatlas/loci/1"
-REFERENCE_SHEARS = (-0.1, 0.84)  # range at compression 1/2; the same parts of the limiting shear at others
+REFERENCE_SHEARS = (-0.1, 0.86)  # range at compression 1/2; the same parts of the limiting shear at others
 
 
 @dataclass(frozen=True)
@@ -49,13 +49,18 @@ class LociSettings:
 
     @property
     def shears(self) -> tuple[float, float]:
-        """Range of shear: from -0.1 to 0.84 at dL = 1/2."""
+        """Range of shear: from -0.1 to 0.86 at dL = 1/2."""
         part = limiting_shear(self.compression) / limiting_shear(0.5)
         return REFERENCE_SHEARS[0] * part, REFERENCE_SHEARS[1] * part
 
     def identity(self) -> dict[str, object]:
-        """Everything that decides the numbers, as plain values: the fields, and the version of this program."""
-        return {"rodatlas": __version__, **asdict(self)}
+        """Everything that decides the numbers, as plain values: fields, range of shear, version of this program."""
+        return {"rodatlas": __version__, **asdict(self), "shears": list(self.shears)}
+
+    @classmethod
+    def from_identity(cls, identity: Mapping[str, object]) -> LociSettings:
+        """The settings behind :meth:`identity`, of whatever version."""
+        return cls(**{f.name: float(identity[f.name]) for f in fields(cls)})  # type: ignore[arg-type]
 
 
 @dataclass(frozen=True)

@@ -33,8 +33,7 @@ def save_loci(path: str | os.PathLike[str], loci: Loci) -> None:
 def load_loci(path: str | os.PathLike[str]) -> Loci:
     """Read what :func:`save_loci` wrote."""
     with checked_hdf5(path, SCHEMA) as file:
-        identity = json.loads(file.attrs["identity"])
-        settings = LociSettings(**{key: value for key, value in identity.items() if key != "rodatlas"})
+        settings = LociSettings.from_identity(json.loads(file.attrs["identity"]))
         groups = [file[f"curves/{i}"] for i in range(len(file["curves"]))] if "curves" in file else []
         curves = tuple(read_locus(group) for group in groups)
         parts: list[Stretch] = []
