@@ -10,9 +10,10 @@ from rodatlas.atlas.slices.cache import BranchCache
 from rodatlas.atlas.slices.cuts import cut_segment
 from rodatlas.atlas.slices.follow import Followed, Frontier, Progress, follow_slice
 from rodatlas.atlas.slices.match import same_state
-from rodatlas.atlas.slices.numbering import ENDS, number_neighbors
+from rodatlas.atlas.slices.mirror import broken_symmetries, mirror_partners
+from rodatlas.atlas.slices.numbering import ENDS, number_neighbors, number_without_states
 from rodatlas.atlas.slices.result import Event, Slice, SliceBranch, State, StateEnd
-from rodatlas.atlas.slices.segments import Bound, Segment, stable_segments
+from rodatlas.atlas.slices.segments import Bound, Segment, stable_segments, with_chained_indices
 from rodatlas.atlas.slices.settings import SliceSettings
 from rodatlas.continuation import SpecialPoint
 from rodatlas.continuation.events import turns_at
@@ -38,9 +39,14 @@ def compute_slice(
     inverted = {f.id for f in frontier.branches if _holds_w(f)}
     named = [(s, name_parts(s.solutions, s.followed.symmetric, s.followed.id in inverted)) for s in segments]
     branches = _numbered(branches, named)
+    warnings = list(frontier.warnings)
+    if settings.angle == 0.0:
+        partners, missing = mirror_partners(frontier.branches, settings)
+        branches = [replace(b, mirror=partners.get(b.id)) for b in branches]
+        warnings += missing
     states = [state for segment, parts in named for state in _states(segment, parts, branches, settings)]
     states.sort(key=lambda s: (NAMES.index(s.name), s.low.shear))
-    return Slice(settings, tuple(branches), tuple(states), tuple(frontier.warnings), time.perf_counter() - start)
+    return Slice(settings, tuple(branches), tuple(states), tuple(warnings), time.perf_counter() - start)
 
 
 def _holds_w(followed: Followed) -> bool:
@@ -55,10 +61,13 @@ def _holds_w(followed: Followed) -> bool:
 def _bare_events(followed: Followed, frontier: Frontier) -> tuple[Event, ...]:
     """Events of a branch without numbers; pitchforks are told by the directions of the two curves."""
     events = []
-    for special in followed.bifurcations:
+    for special in with_chained_indices(followed.bifurcations):
         pitchfork = special.kind == "branch point" and _is_pitchfork(special)
-        if pitchfork and _turns(followed, special) and special.index[1] is None:
-            special = replace(special, index=(special.index[0],) * 2)  # beyond it lies the reversed branch
+        if pitchfork and _turns(followed, special) and None in special.index:
+            here = special.index[0] if special.index[1] is None else special.index[1]
+            special = replace(special, index=(here, here))  # beyond it lies the reversed branch
+        if pitchfork and not special.breaks:
+            special = replace(special, breaks=broken_symmetries(special))
         criticality = _criticality(special, frontier) if pitchfork else None
         events.append(Event("pitchfork" if pitchfork else special.kind, special, None, criticality))
     return tuple(events)
@@ -124,9 +133,17 @@ def _numbered(branches: list[SliceBranch], named: list[tuple[Segment, list[Part]
             i: number for i, x in enumerate(special) for other, number in given
             if x.kind == other.kind and same_state(x.solution, other.solution)
         }  # fmt: skip
-        numbers = number_neighbors(special, known, b.followed.branch.closed)
+        closed = b.followed.branch.closed
+        numbers = number_neighbors(special, known, closed)
+        if not numbers and b.followed.symmetric and _has_positive_height(b.followed):
+            numbers = number_without_states(special, closed)
         out.append(replace(b, events=tuple(replace(e, number=numbers.get(i)) for i, e in enumerate(b.events))))
     return out
+
+
+def _has_positive_height(followed: Followed) -> bool:
+    """Whether a branch lies above the clamp plane; at psi0 = 0 the other half of the slice is its mirror image."""
+    return all(p.solution["height"] > 0 for p in followed.branch.points)
 
 
 def _numbers_of_ends(

@@ -181,7 +181,7 @@ def _follow_arrivals(frontier: Frontier, settings: SliceSettings, cache: BranchC
             frontier.warnings.append(f"branch {parent.id} ends at {special!r}, which no symmetric branch lists")
             continue
         first = len(frontier.branches)
-        _follow_both_sides(frontier, parent, number, options, cache, say)
+        _follow_other(frontier, parent, number, options, cache, say)
         _follow_side_branches(frontier, first, options, cache, say)
 
 
@@ -221,29 +221,35 @@ def _follow_side_branches(
             if special.status is not Status.CONVERGED:
                 frontier.warnings.append(f"branch {parent.id}: {special!r}: its side branch is missing")
                 continue
-            _follow_both_sides(frontier, parent, number, options, cache, say)
+            _follow_other(frontier, parent, number, options, cache, say)
         at += 1
 
 
-def _follow_both_sides(
+def _follow_other(
     frontier: Frontier, parent: Followed, number: int, options: TraceOptions, cache: BranchCache, say: _Reporter
 ) -> None:
-    """The other curve through a branch point, both ways from there; one way where the other is its reversal."""
+    """The other curve through a branch point: one side of it where the other is its reversal, else the whole curve."""
     special = parent.branch.special[number]
-    for side, suffix in ((1, ""), (-1, "b")):
-        ident = f"{parent.id}.{number + 1}{suffix}"
-        branch = cache.get(ident)
+    ident = f"{parent.id}.{number + 1}"
+    options = replace(options, on_point=say.watch(ident))
+    branch = cache.get(ident)
+    if branch is None:
+        say(f"branch {ident}")
+        branch = switch(rod_problem(), special, FREE, options)
         if branch is None:
-            say(f"branch {ident}")
-            branch = switch(rod_problem(), special, FREE, replace(options, on_point=say.watch(ident)), side=side)
-            if branch is None:
-                frontier.warnings.append(f"branch {parent.id}: no second branch found at {special!r}")
-                return
-            cache.put(ident, branch)
-        symmetric = is_symmetric(branch.points[len(branch) // 2].solution)
-        frontier.add(Followed(ident, branch, symmetric, (parent.id, number)))
-        if is_symmetric(special.solution) and not symmetric:
+            frontier.warnings.append(f"branch {parent.id}: no second branch found at {special!r}")
             return
+        if not _is_half(branch, special) and len(branch) > 2:
+            branch = trace(rod_problem(), branch.points[len(branch) // 2].solution, FREE, options)
+        cache.put(ident, branch)
+    symmetric = is_symmetric(branch.points[len(branch) // 2].solution)
+    starts_there = same_state(branch.points[0].solution, special.solution)
+    frontier.add(Followed(ident, branch, symmetric, (parent.id, number) if starts_there else None))
+
+
+def _is_half(branch: Branch, special: SpecialPoint) -> bool:
+    """Whether a branch that starts at a branch point is continued beyond it by its own reversal."""
+    return is_symmetric(special.solution) and not is_symmetric(branch.points[len(branch) // 2].solution)
 
 
 class _Reporter:

@@ -33,15 +33,16 @@ ENDS = {
     ("US+-", "high", "fold"): 17,
 }
 
-# number -> what the next bifurcations on the unstable side are, by kind
-NEIGHBORS = {
-    6: {"branch point": 8},
-    14: {"branch point": 8},
-    8: {"branch point": 0},  # where highly twisted states leave the branch of the third mode
-    7: {"branch point": 9, "fold": 18},
-    9: {"fold": 7},
-    11: {"fold": 13},
-    15: {"fold": 16},
+# number -> (kind, Morse indices on the two sides or None, number) of the next bifurcations on the unstable side
+NEIGHBORS: dict[int, list[tuple[str, tuple[int, int] | None, int]]] = {
+    3: [("fold", (1, 2), 14)],  # once 8 and 10 have annihilated, between them
+    6: [("branch point", (1, 2), 8)],
+    14: [("branch point", (1, 2), 8), ("branch point", (2, 3), 0)],
+    8: [("branch point", (2, 3), 0)],  # where highly twisted states leave the branch of the third mode
+    7: [("branch point", None, 9), ("fold", None, 18)],
+    9: [("fold", None, 7)],
+    11: [("fold", None, 13)],
+    15: [("fold", None, 16)],
 }
 BARRIERS = {3, 4, 10, 11}  # numbers past which no neighbor is looked for
 
@@ -63,8 +64,8 @@ def number_neighbors(special: Sequence[SpecialPoint], known: dict[int, int], clo
     queue = list(known)
     for at in queue:
         step = _unstable_side(special[at])
-        for kind, given in NEIGHBORS.get(numbers[at], {}).items():
-            found = _next(special, at, step, kind, numbers, closed) if step else None
+        for kind, indices, given in NEIGHBORS.get(numbers[at], []):
+            found = _next(special, at, step, (kind, indices), numbers, closed) if step else None
             if found is not None and given not in numbers.values():
                 numbers[found] = given
                 queue.append(found)
@@ -80,13 +81,37 @@ def _unstable_side(special: SpecialPoint) -> int:
 
 
 def _next(
-    special: Sequence[SpecialPoint], at: int, step: int, kind: str, numbers: dict[int, int], closed: bool
-) -> int | None:
-    """Position of the first special point of a kind, at most two away and not past another numbered end."""
+    special: Sequence[SpecialPoint], at: int, step: int, wanted: tuple[str, tuple[int, int] | None],
+    numbers: dict[int, int], closed: bool,
+) -> int | None:  # fmt: skip
+    """Position of the first special point of a kind and indices, at most two away and not past another numbered end."""
     for place in range(at + step, at + 3 * step, step):
         i = place % len(special) if closed else place
         if not 0 <= i < len(special) or numbers.get(i) in BARRIERS:
             return None
-        if special[i].kind == kind and i not in numbers:
+        if i not in numbers and _is(special[i], *wanted):
             return i
     return None
+
+
+def _is(special: SpecialPoint, kind: str, indices: tuple[int, int] | None) -> bool:
+    """Whether a special point is of a kind, and lies between parts of a branch with these indices, in either order."""
+    return special.kind == kind and (indices is None or sorted(i for i in special.index if i is not None) == [*indices])
+
+
+def number_without_states(special: Sequence[SpecialPoint], closed: bool) -> dict[int, int]:
+    """Numbers on a symmetric branch that holds no stable state, by the Morse index on both sides.
+
+    On the branch of the third mode at psi0 = 0, where w has not been born yet: branch points 0, 8 and 9, at which the
+    index goes from 3 to 2, to 1, and to 2 again. On the closed branch that uUu has left: folds 13 and 16, at the ends
+    of the stretch of index one, in order of shear.
+    """
+    branch_points = [i for i, x in enumerate(special) if x.kind == "branch point"]
+    kinds = [sorted(n for n in special[i].index if n is not None) for i in branch_points]
+    if not closed and kinds == [[2, 3], [1, 2], [1, 2]]:
+        return dict(zip(branch_points, (0, 8, 9), strict=True))
+    folds = [i for i, x in enumerate(special) if _is(x, "fold", (1, 2))]
+    if closed and len(folds) == 2:
+        low, high = sorted(folds, key=lambda i: special[i].solution["dD"])
+        return {low: 13, high: 16}
+    return {}

@@ -121,10 +121,17 @@ class State:
 
 @dataclass(frozen=True)
 class SliceBranch:
-    """A followed branch with its events, one for each special point that is a fold or branch point, in order."""
+    """A followed branch with its events, one for each special point that is a fold or branch point, in order.
+
+    Attributes
+    ----------
+    mirror : at psi0 = 0, the id of the branch that the angle mirror makes of this one (or of its reversal); its own
+        where it maps to itself. None at other angles.
+    """
 
     followed: Followed
     events: tuple[Event, ...]
+    mirror: str | None = None
 
     @property
     def id(self) -> str:
@@ -231,6 +238,7 @@ def _branch_json(b: SliceBranch) -> dict[str, Any]:
         "points": len(branch),
         "symmetric": b.followed.symmetric,
         "pair": b.followed.pair,
+        "mirror": b.mirror,
         "closed": branch.closed,
         "end_reasons": [reason.name.lower() for reason in branch.ends],
         "special": [_event_json(e) for e in b.events],

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 
 from rodatlas.atlas.slices.follow import Followed
 from rodatlas.continuation import Branch, EndReason, Point, Solution, SpecialPoint
@@ -89,3 +90,20 @@ def _bound(branch: Branch, at: int, side: int, origin: SpecialPoint | None) -> B
     if starts_at_origin and origin is not None:
         return Bound("branch point", origin.solution, edge.arclength, origin)
     return Bound("range", edge.solution, edge.arclength)
+
+
+def with_chained_indices(specials: Sequence[SpecialPoint]) -> tuple[SpecialPoint, ...]:
+    """The bifurcations of a branch; where two lie between neighboring points, the index between them is told.
+
+    A fold and a simple branch point change the index by one each. Of two without a computed point between them, with a
+    change by two in all, each has half of it; a change by none leaves the index between them open.
+    """
+    out = list(specials)
+    for i in range(len(out) - 1):
+        one, two = out[i], out[i + 1]
+        (before, _), (_, after) = one.index, two.index
+        together = one.bracket == two.bracket and (i + 2 == len(out) or out[i + 2].bracket != two.bracket)
+        if together and before is not None and after is not None and abs(after - before) == 2:
+            middle = (before + after) // 2
+            out[i], out[i + 1] = replace(one, index=(before, middle)), replace(two, index=(middle, after))
+    return tuple(out)

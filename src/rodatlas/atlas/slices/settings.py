@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import asdict, dataclass, replace
+from dataclasses import asdict, dataclass, fields, replace
 
 from rodatlas import __version__
 from rodatlas.rods.band import bending_ratio, check_number, check_poisson, limiting_shear
 from rodatlas.rods.ends import Ends
 
+ALGORITHM = 2  # raised with every change of the program after which a slice holds something else
 REFERENCE_ANGLE_DEG = 15.0
 REFERENCE_COMPRESSION = 0.5
 REFERENCE_POISSON = 0.25  # for the twisted states, whose existence depends on it
@@ -100,10 +101,11 @@ class SliceSettings:
         return tuple(shear for shear in shears if shear < min(self.shear_max, start.shear_max))
 
     def identity(self) -> dict[str, object]:
-        """Everything that decides the numbers, as plain values: the fields, and the version of this program."""
-        return {"rodatlas": __version__, **asdict(self)}
+        """Everything that decides the result, as plain values: the fields, and the version of program and algorithm."""
+        return {"rodatlas": __version__, "algorithm": ALGORITHM, **asdict(self)}
 
     @classmethod
     def from_identity(cls, identity: Mapping[str, object]) -> SliceSettings:
         """The settings behind :meth:`identity`, of whatever version."""
-        return cls(**{key: float(value) for key, value in identity.items() if key != "rodatlas"})  # type: ignore[arg-type]
+        names = {f.name for f in fields(cls)}
+        return cls(**{key: float(value) for key, value in identity.items() if key in names})  # type: ignore[arg-type]

@@ -78,9 +78,12 @@ def _numbered(file: h5py.File, name: str) -> list[h5py.Group]:
 
 def _write_branch(group: h5py.Group, b: SliceBranch) -> None:
     events = [
-        {"kind": e.kind, "number": e.number, "criticality": e.criticality, "index": e.special.index} for e in b.events
-    ]
-    record = {"id": b.id, "symmetric": b.followed.symmetric, "origin": b.followed.origin, "events": events}
+        {"kind": e.kind, "number": e.number, "criticality": e.criticality, "index": e.special.index,
+         "breaks": e.special.breaks}
+        for e in b.events
+    ]  # fmt: skip
+    f = b.followed
+    record = {"id": b.id, "symmetric": f.symmetric, "origin": f.origin, "mirror": b.mirror, "events": events}
     write_branch(group, b.followed.branch)
     group.attrs["record"] = json.dumps(record)
 
@@ -91,9 +94,10 @@ def _read_branch(group: h5py.Group) -> SliceBranch:
     followed = Followed(record["id"], branch, record["symmetric"], origin)
     events = []
     for special, e in zip(followed.bifurcations, record["events"], strict=True):
-        known = replace(special, index=(e["index"][0], e["index"][1]))  # an event may know it where the branch ends
+        # an event may know the index where the branch ends, and symmetries that are products
+        known = replace(special, index=(e["index"][0], e["index"][1]), breaks=tuple(e["breaks"]))
         events.append(Event(e["kind"], known, e["number"], e["criticality"]))
-    return SliceBranch(followed, tuple(events))
+    return SliceBranch(followed, tuple(events), record["mirror"])
 
 
 def _write_state(group: h5py.Group, state: State) -> None:
