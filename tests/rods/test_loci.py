@@ -5,6 +5,7 @@ import pytest
 
 from rodatlas.continuation import Status, TraceOptions, fold_locus_at, follow_locus, trace
 from rodatlas.rods import Ends, rod_problem, state_at
+from rodatlas.rods.symmetry import asymmetry
 
 PLANE = ("dD", "psi0")
 
@@ -15,9 +16,9 @@ def branch(family, high=0.75):
     )
 
 
-def locus(special, low, high):
+def locus(special, low, high, within=()):
     bounds = {"dD": (0.0, 0.7), "psi0": (np.radians(low), np.radians(high))}
-    return follow_locus(rod_problem(), special, PLANE, TraceOptions(bounds=bounds))
+    return follow_locus(rod_problem(), special, PLANE, TraceOptions(bounds=bounds, within=within))
 
 
 def angles(found, kind, parameter=""):
@@ -49,9 +50,19 @@ def test_pitchforks_11_and_15_annihilate(u_branch):
     assert min(found.column("dD")[[0, -1]]) == pytest.approx(0.603240, abs=1e-6)
 
 
-def test_fold_locus_of_w():
+@pytest.fixture(scope="module")
+def fold_of_w():
+    return branch("third mode").of_kind("fold")[0]
+
+
+@pytest.fixture(scope="module")
+def folds_of_w(fold_of_w):
+    return locus(fold_of_w, 0.0, 31.0)
+
+
+def test_fold_locus_of_w(folds_of_w):
     """Cusp of 6 and 7 at 0.135 degrees; w touches U at 27.71; U-w meets uUui at 30.62."""
-    found = locus(branch("third mode").of_kind("fold")[0], 0.0, 31.0)
+    found = folds_of_w
     assert min(angles(found, "cusp")) == pytest.approx(0.135, abs=0.001)
     touching = sorted(angles(found, "extremum", "psi0"))
     assert touching == pytest.approx([27.7098, 30.6200], abs=0.002)
@@ -63,8 +74,33 @@ def test_fold_locus_12_is_born_where_pitchfork_4_turns_subcritical(u_branch):
     pitchforks = locus(u_branch[0], 0.0, 60.0)
     (event,) = pitchforks.of_kind("criticality")
     bounds = {"dD": (0.0, 0.7), "psi0": (0.0, np.radians(60.0))}
-    folds = fold_locus_at(rod_problem(), pitchforks, event, TraceOptions(bounds=bounds))
+    options = TraceOptions(bounds=bounds, within=("reversal",))  # of U; its side branch US loses that symmetry
+    folds = fold_locus_at(rod_problem(), pitchforks, event, options)
     assert {reason.name for reason in folds.ends} == {"CRITICALITY", "RANGE"}
     (end,) = folds.of_kind("criticality")
     assert end.solution["psi0"] == pytest.approx(event.solution["psi0"], abs=1e-5)
     assert end.solution["dD"] == pytest.approx(event.solution["dD"], abs=1e-5)
+
+
+def test_a_locus_is_followed_within_a_symmetry(fold_of_w, folds_of_w):
+    """The same one, every state symmetric to the last digit also where a pitchfork is passed."""
+    inside = locus(fold_of_w, 0.0, 31.0, within=("reversal",))
+    assert [(e.kind, e.parameter) for e in inside.events] == [(e.kind, e.parameter) for e in folds_of_w.events]
+    for one, two in zip(inside.events, folds_of_w.events, strict=True):
+        assert one.solution["psi0"] == pytest.approx(two.solution["psi0"], abs=1e-6)
+        assert one.solution["dD"] == pytest.approx(two.solution["dD"], abs=1e-6)
+    assert max(asymmetry(p.solution) for p in inside.points) < 1e-13
+    assert inside.settings["within"] == ["reversal"]
+
+
+def test_pitchforks_are_followed_within_the_symmetry_that_they_break(u_branch):
+    inside, free = locus(u_branch[0], 0.0, 60.0, within=("reversal",)), locus(u_branch[0], 0.0, 60.0)
+    assert inside.pitchfork
+    assert angles(inside, "extremum", "psi0") == pytest.approx(angles(free, "extremum", "psi0"), abs=1e-6)
+    assert max(asymmetry(p.solution) for p in inside.points) < 1e-13
+
+
+@pytest.mark.parametrize(("symmetry", "parameter"), [("shear mirror", "dD"), ("angle mirror", "psi0")])
+def test_symmetries_that_move_the_plane_are_refused(fold_of_w, symmetry, parameter):
+    with pytest.raises(ValueError, match=f"keep the parameter '{parameter}', got {symmetry}"):
+        locus(fold_of_w, 0.0, 31.0, within=(symmetry,))

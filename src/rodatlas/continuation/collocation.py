@@ -179,6 +179,10 @@ class Collocation:
         """One state or tangent on the mesh of another discretisation."""
         return self.carrier(other)(x)
 
+    def kept_symmetric(self, v: Columns) -> Columns:
+        """The part of a correction or tangent that stays in the subspace `within`; all of it when there is none."""
+        return v if self.within is None else self.within(v)
+
     def row(self, v: Columns) -> Row:
         """The functional <v, .> of the mesh-independent inner product."""
         return Row(v.scalars.copy(), self._quadrature * v.stage)

@@ -79,9 +79,7 @@ class Frame:
 
 def unit_tangent(colloc: Collocation, fac: Factorization, along: Columns) -> Columns:
     """Unit tangent with <tangent, along> > 0 from a matrix bordered with `along`."""
-    v = fac.solve(colloc.right_hand_side(None, [colloc.row(along)], [1.0]))
-    if colloc.within is not None:
-        v = colloc.within(v)
+    v = colloc.kept_symmetric(fac.solve(colloc.right_hand_side(None, [colloc.row(along)], [1.0])))
     return scaled(v, 1.0 / colloc.norm(v))
 
 

@@ -219,13 +219,17 @@ class Subspace:
         return Columns(stage, mesh, np.concatenate([scalars, x.scalars[len(scalars) :]]))
 
 
-def subspace(colloc: Collocation, symmetries: Sequence[str], x: Columns) -> Subspace:
+def subspace(colloc: Collocation, symmetries: Sequence[str], x: Columns, controls: int = 1) -> Subspace:
     """The subspace of all states with these symmetries (and their products) in which x lies, or nearly so.
+
+    Parameters
+    ----------
+    controls : number of free parameters that are varied, the first ones: 1 on a branch, 2 on a locus.
 
     Raises
     ------
     ValueError
-        when a symmetry changes the continuation parameter or a fixed one: it then holds at single points only.
+        when a symmetry changes such a parameter or a fixed one: it then holds at single points only.
     """
     n, free = colloc.bvp.size, colloc.free
     generators = [_nearest(colloc, name, x)[0] for name in symmetries]
@@ -239,8 +243,8 @@ def subspace(colloc: Collocation, symmetries: Sequence[str], x: Columns) -> Subs
     base = np.append(colloc.base, 1.0)
     base[free] = 0.0
     moved = both[n:-1, n:] @ np.append(colloc.parameters(x), 1.0) - colloc.parameters(x)
-    for i in (*fixed, free[0]):
-        among_free = both[n + i, n + free] - (np.arange(len(free)) == 0) * (i == free[0])
+    for i in (*fixed, *free[:controls]):
+        among_free = both[n + i, n + free] - (free == i)
         if abs(moved[i]) > 1e-9 * max(1.0, abs(colloc.base[i])) or np.abs(among_free).max() > 1e-9:
             raise ValueError(
                 f"within: expected symmetries that keep the parameter '{colloc.bvp.parameter_names[i]}', "
@@ -254,21 +258,21 @@ def subspace(colloc: Collocation, symmetries: Sequence[str], x: Columns) -> Subs
     )  # fmt: skip
 
 
-def projected(colloc: Collocation, symmetries: Sequence[str] | str, x: Columns) -> Columns:
+def projected(colloc: Collocation, symmetries: Sequence[str] | str, x: Columns, controls: int = 1) -> Columns:
     """The state made symmetric: the mean of its images; the mesh must be symmetric when s is reversed."""
     names = (symmetries,) if isinstance(symmetries, str) else tuple(symmetries)
-    space = subspace(colloc, names, x)
+    space = subspace(colloc, names, x, controls)
     if space.reverses and not is_symmetric_mesh(colloc.mesh):
         raise ValueError("mesh: expected one that is symmetric about 1/2, see symmetric_mesh()")
     return space.state(x)
 
 
-def restrict(colloc: Collocation, symmetries: Sequence[str], x: Columns) -> Columns:
+def restrict(colloc: Collocation, symmetries: Sequence[str], x: Columns, controls: int = 1) -> Columns:
     """Confine Newton's method on a discretisation to a symmetric subspace; returns the state made symmetric."""
     if not symmetries:
         return x
-    x = projected(colloc, symmetries, x)
-    colloc.within = subspace(colloc, symmetries, x)
+    x = projected(colloc, symmetries, x, controls)
+    colloc.within = subspace(colloc, symmetries, x, controls)
     return x
 
 

@@ -30,7 +30,8 @@ def follow_locus(
     ----------
     start : a located fold or branch point, or a zero of a free parameter or observable, whose value is kept.
     free : bvp.n_free + 1 names: the parameter in which it was found, the second one, then any inner ones.
-    options : bounds, zeros, steps and mesh as for branches; `locate` and `index` are not used.
+    options : bounds, zeros, steps, mesh and `within` as for branches; `locate` and `index` are not used. Of a pitchfork
+        the solutions are kept `within`, not the side branch.
     both : follow both directions.
 
     Raises

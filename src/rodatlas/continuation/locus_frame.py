@@ -7,6 +7,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from rodatlas.continuation.collocation import Collocation, Scale, add, scaled
+from rodatlas.continuation.isotropy import restrict, symmetric_mesh
 from rodatlas.continuation.linear import Blocks, Columns
 from rodatlas.continuation.locus_start import kernel_border
 from rodatlas.continuation.locus_system import KINDS, Border, Local, Tests, local_problem
@@ -105,7 +106,8 @@ def correct(
     Tangent and test functions belong to the iterate before the last, or with `exact` to one that is no further than
     `SHARP` from the last.
     """
-    colloc, border, x, beta = here.colloc, here.border, guess, 0.0
+    colloc, border, beta = here.colloc, here.border, 0.0
+    x = guess if colloc.within is None else colloc.within.state(guess)  # extrapolation makes round-off grow
     offset = colloc.inner(normal, guess)
     corrections: list[float] = []
     for _ in range(options.newton.max_iterations):
@@ -159,7 +161,8 @@ def adapted(sought: Sought, frame: LocusFrame, options: TraceOptions, settle: bo
     density = monitor(colloc, frame.x)
     for v in frame.border.vectors:
         density = np.maximum(density, monitor(colloc, v))
-    moved = replace(on_mesh(frame, equidistribute(colloc.mesh, density, intervals)), error=error)
+    mesh = equidistribute(colloc.mesh, density, intervals)
+    moved = replace(on_mesh(frame, mesh if colloc.within is None else colloc.within.mesh(mesh)), error=error)
     if not settle:
         return moved
     found = correct(sought, moved, moved.x, moved.tangent, options, exact=True)
@@ -190,7 +193,7 @@ def error_of(sought: Sought, frame: LocusFrame, enough: float) -> ErrorEstimate:
 def on_mesh(frame: LocusFrame, mesh: np.ndarray) -> LocusFrame:
     """The frame interpolated on another mesh, with borders that fit there."""
     old = frame.colloc
-    new = Collocation(old.bvp, mesh, old.scheme.points, old.base, list(old.free), old.scale, old.backend)
+    new = Collocation(old.bvp, mesh, old.scheme.points, old.base, list(old.free), old.scale, old.backend, old.within)
     carry = old.carrier(new)
     behind = (carry(frame.behind[0]), carry(frame.behind[1]), frame.behind[2]) if frame.behind is not None else None
     vectors = tuple(carry(v) for v in frame.border.vectors)
@@ -218,9 +221,11 @@ def first_frame(
         places = np.linspace(0, 1, options.mesh.intervals[0] + 1)
         mesh = np.interp(places, np.linspace(0, 1, len(solution.mesh)), solution.mesh)
         solution = solution.remesh(mesh, options.mesh.points)
+    if options.within:
+        solution = solution.remesh(symmetric_mesh(solution.mesh))
     scale = start.scale or Scale.of(bvp, solution)
     colloc = Collocation(bvp, solution.mesh, solution.points, solution.parameters, free, scale, options.backend)
-    frame = frame_at(sought, colloc, colloc.state(solution), options)
+    frame = frame_at(sought, colloc, restrict(colloc, options.within, colloc.state(solution), controls=2), options)
     if frame is None:
         return None
     frame = replace(frame, tangent=scaled(frame.tangent, 1.0 if frame.tangent.scalars[1] >= 0 else -1.0))

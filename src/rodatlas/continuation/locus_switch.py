@@ -29,7 +29,7 @@ def fold_locus_at(bvp: BVP, locus: Locus, event: LocusEvent, options: TraceOptio
     ----------
     locus : of branch points, on which the event was found.
     event : of kind 'criticality'.
-    options : as for :func:`follow_locus`.
+    options : as for :func:`follow_locus`, but for `within`: the side branch has lost that symmetry.
 
     Raises
     ------
@@ -38,7 +38,7 @@ def fold_locus_at(bvp: BVP, locus: Locus, event: LocusEvent, options: TraceOptio
     """
     if event.kind != "criticality" or locus.kind != "branch point":
         raise ValueError(f"event: expected a criticality on a locus of branch points, got a {event.kind}")
-    options = options or TraceOptions()
+    options = replace(options or TraceOptions(), within=())
     branch_options = replace(options, zeros={}, max_points=80, max_folds=0, locate=("fold",), bounds={})
     names = (locus.free[0], *locus.free[2:])
     i = int(np.searchsorted([p.arclength for p in locus.points], event.arclength))

@@ -85,20 +85,21 @@ class Local:
         row = np.array([colloc.inner(normal, d) for d in self.directions])
         matrix = np.vstack([self.conditions, row])
         right = np.append(self.values, value - colloc.inner(normal, self.base))
-        return self._combine(matrix, right, self.base, self.base_b)
+        found = self._combine(matrix, right, self.base, self.base_b)
+        return None if found is None else (colloc.kept_symmetric(found[0]), found[1])
 
     def tangent(self, colloc: Collocation, along: Columns) -> Columns | None:
         """Unit tangent of the locus with <tangent, along> > 0."""
         row = np.array([colloc.inner(along, d) for d in self.directions])
         found = self._combine(np.vstack([self.conditions, row]), np.array([0.0, 0.0, 1.0]), scaled(self.base, 0.0), 0.0)
-        return None if found is None else scaled(found[0], 1.0 / colloc.norm(found[0]))
+        return None if found is None else unit_vector(colloc, found[0])
 
     def null_vector(self, colloc: Collocation) -> Columns:
         """Unit tangent of the locus, of either sense."""
         scale = np.array([colloc.norm(d) for d in self.directions])
         _, _, vt = np.linalg.svd(self.conditions / scale)
         t = add(scaled(self.base, 0.0), *zip((vt[-1] / scale).tolist(), self.directions, strict=True))
-        return scaled(t, 1.0 / colloc.norm(t))
+        return unit_vector(colloc, t)
 
     def _combine(
         self, matrix: np.ndarray, right: np.ndarray, base: Columns, base_b: float
@@ -159,6 +160,7 @@ def _fold(colloc: Collocation, x: Columns, lin: Linearization, border: Border) -
     if b.fac.sign == 0.0:
         return None
     phi, g = b.solve(None, [1.0], {})
+    phi = colloc.kept_symmetric(phi)  # where another vector joins the kernel, it is known up to that one only
     along_lambda, share_lambda = b.solve(lin.column(0), [0.0], {0: 1.0})
     along_mu, share_mu = b.solve(lin.column(1), [0.0], {1: 1.0})
     base, share = b.solve(lin.residual, [0.0], {})
@@ -249,6 +251,12 @@ def overlap(w: Blocks, r: Blocks) -> float:
 def norm_of(w: Blocks) -> float:
     """Euclidean length of a left vector."""
     return float(np.sqrt(overlap(w, w)))
+
+
+def unit_vector(colloc: Collocation, v: Columns) -> Columns:
+    """A tangent, kept in the symmetric subspace if there is one, as a unit vector."""
+    v = colloc.kept_symmetric(v)
+    return scaled(v, 1.0 / colloc.norm(v))
 
 
 def _orthonormal(colloc: Collocation, v1: Columns, v2: Columns) -> tuple[Columns, Columns]:

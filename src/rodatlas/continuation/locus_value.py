@@ -6,9 +6,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from rodatlas.continuation.collocation import Collocation, Linearization, Row, scaled
+from rodatlas.continuation.collocation import Collocation, Linearization, Row
 from rodatlas.continuation.linear import Blocks, Columns
-from rodatlas.continuation.locus_system import Border, Tests
+from rodatlas.continuation.locus_system import Border, Tests, unit_vector
 
 
 @dataclass(frozen=True)
@@ -26,12 +26,12 @@ class ValueLocal:
     def step(self, colloc: Collocation, normal: Columns, value: float) -> tuple[Columns, float] | None:
         """Correction with <normal, dX> = value (and no artificial unknown)."""
         dx = self._solve(colloc, normal, self.lin.residual, [-self.gap, value])
-        return None if dx is None else (dx, 0.0)
+        return None if dx is None else (colloc.kept_symmetric(dx), 0.0)
 
     def tangent(self, colloc: Collocation, along: Columns) -> Columns | None:
         """Unit tangent of the locus with <tangent, along> > 0."""
         t = self._solve(colloc, along, None, [0.0, 1.0])
-        return None if t is None else scaled(t, 1.0 / colloc.norm(t))
+        return None if t is None else unit_vector(colloc, t)
 
     def null_vector(self, colloc: Collocation) -> Columns:
         """Unit tangent of the locus, of either sense."""

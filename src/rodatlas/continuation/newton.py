@@ -95,8 +95,7 @@ def newton(
         if factorization.sign == 0.0:
             return result(NewtonCode.SINGULAR)
         dx = factorization.solve(colloc.right_hand_side(lin.residual, rows, [-v for v in values]))
-        if colloc.within is not None:
-            dx = colloc.within(dx)
+        dx = colloc.kept_symmetric(dx)
         size = colloc.norm(dx)
         if not np.isfinite(size):
             return result(NewtonCode.SINGULAR)
