@@ -95,9 +95,10 @@ def _read_branch(group: h5py.Group) -> SliceBranch:
     events = []
     for special, e in zip(followed.bifurcations, record["events"], strict=True):
         # an event may know the index where the branch ends, and symmetries that are products
-        known = replace(special, index=(e["index"][0], e["index"][1]), breaks=tuple(e["breaks"]))
+        breaks = tuple(e.get("breaks", special.breaks))  # older files have none
+        known = replace(special, index=(e["index"][0], e["index"][1]), breaks=breaks)
         events.append(Event(e["kind"], known, e["number"], e["criticality"]))
-    return SliceBranch(followed, tuple(events), record["mirror"])
+    return SliceBranch(followed, tuple(events), record.get("mirror"))
 
 
 def _write_state(group: h5py.Group, state: State) -> None:
