@@ -133,14 +133,19 @@ def test_the_same_point_seen_from_a_side_branch():
     assert np.allclose(ends(found)[0], unit([(-1, 0, 1)])[0], atol=1e-8)
 
 
-def test_a_curved_branch_through_a_multiple_point():
-    """The square again, in coordinates in which no branch is straight and the trivial one has no symmetry."""
+def curved():
+    """The square in coordinates in which no branch is straight; one is x = sin(lam), y = lam - x^2."""
 
     def residual(u, p):
         lam, x, y = p.lam + 0.3 * u.x - 0.2 * u.y**2, u.x - np.sin(p.lam), u.y - p.lam + u.x**2
         return [x * (lam - x**2 - 2 * y**2) + 0.5 * x * y**2 * lam, y * (lam - y**2 - 2 * x**2)]
 
-    bvp, lam = algebraic(residual, ("x", "y")), -0.1
+    return algebraic(residual, ("x", "y"))
+
+
+def test_a_curved_branch_through_a_multiple_point():
+    """The square again, in coordinates in which no branch is straight and the trivial one has no symmetry."""
+    bvp, lam = curved(), -0.1
     found = locate_multiple(segment(bvp, constant(bvp, [np.sin(lam), lam - np.sin(lam) ** 2], lam=lam), 0.4), OPTIONS)
     assert found.multiplicity == 2
     assert np.abs([*found.state.scalars, *found.state.mesh[0]]).max() < 1e-9

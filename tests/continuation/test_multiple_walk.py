@@ -6,7 +6,7 @@ import h5py
 import numpy as np
 import pytest
 from bvp_problems import algebraic, constant
-from test_multiple import circular, column, cube, oscillators, rest, spatial_column, square, triangle
+from test_multiple import circular, column, cube, curved, oscillators, rest, spatial_column, square, triangle
 
 from rodatlas.continuation import (
     Branch,
@@ -229,6 +229,21 @@ def test_a_start_close_to_a_multiple_point():
     for lam in (-1e-9, 1e-9, -1e-6, 1e-4):
         branch = trace(triangle(), constant(triangle(), lam=lam), ("lam",), BOX)
         assert found(branch) == [("branch point", 2, 8, False, 0)]
+
+
+@pytest.mark.parametrize("backend", ["numba", "scipy"])
+@pytest.mark.parametrize(("bvp", "trunk"), [
+    *[(bvp, lambda lam: 0.0) for bvp in (square(2.0), triangle(), cube(2.0), circular())],
+    (curved(), lambda lam: np.stack([np.sin(lam), lam - np.sin(lam) ** 2], axis=1)),
+])  # fmt: skip
+def test_a_start_exactly_at_a_multiple_point(bvp, trunk, backend):
+    """The branch along which the parameter changes most is followed: here the trunk."""
+    branch = trace(bvp, constant(bvp, lam=0.0), ("lam",), replace(BOX, backend=backend))
+    assert branch.ends == (EndReason.RANGE, EndReason.RANGE)
+    assert found(branch) == []
+    lam, values = branch.column("lam"), np.array([p.solution.values[0] for p in branch])
+    assert sorted(lam[[0, -1]]) == [-0.5, 0.5]
+    assert np.allclose(values, trunk(lam), atol=1e-8)
 
 
 def test_three_close_branch_points():

@@ -11,7 +11,8 @@ from rodatlas.continuation.collocation import Collocation, Scale, add, predicted
 from rodatlas.continuation.isotropy import restrict, symmetric_mesh
 from rodatlas.continuation.linear import Blocks, Columns, Factorization
 from rodatlas.continuation.mesh import equidistribute, error_estimate, monitor, wanted_intervals
-from rodatlas.continuation.newton import NewtonCode, NewtonResult, fixed, newton, plane
+from rodatlas.continuation.multiple_start import ray_at
+from rodatlas.continuation.newton import NewtonCode, NewtonResult, fixed, is_singular_around, newton, plane
 from rodatlas.continuation.options import TraceOptions
 from rodatlas.continuation.problem import BVP
 from rodatlas.continuation.solution import Solution
@@ -143,11 +144,13 @@ def first_frame(
         fac = colloc.factor(colloc.linearize(result.state), [colloc.row(guess)])
         if fac.sign != 0.0:
             frame = with_tests(Frame(colloc, result.state, unit_tangent(colloc, fac, guess), (0.0, 0.0)))
-            return (frame if _is_regular(frame) else _at_branch_point(colloc, frame.x, guess) or frame), result
+            if _is_regular(frame):
+                return frame, result
+            return _at_branch_point(colloc, frame.x, guess, options) or frame, result
         failed = failed or replace(result, code=NewtonCode.SINGULAR)
     assert failed is not None
     if failed.code is NewtonCode.SINGULAR:
-        return _at_branch_point(colloc, x, directions[0]), failed
+        return _at_branch_point(colloc, x, directions[0], options), failed
     return None, failed
 
 
@@ -174,12 +177,19 @@ def _is_regular(frame: Frame) -> bool:
     return colloc.norm(fac.solve(Blocks(smooth, rhs.chain, rhs.ends, rhs.dense))) < 1e6
 
 
-def _at_branch_point(colloc: Collocation, x: Columns, along: Columns) -> Frame | None:
-    """Frame at a branch point very close to x, with the tangent nearest `along`; None when there is none."""
+def _at_branch_point(colloc: Collocation, x: Columns, along: Columns, options: TraceOptions) -> Frame | None:
+    """Frame at a simple or multiple branch point very close to x, with the tangent nearest `along`; None without it."""
     found = kernel_directions(colloc, x, along)
-    if found is None or colloc.norm(add(found[0], (-1.0, x))) > 1e-4:
+    if found is not None and colloc.norm(add(found[0], (-1.0, x))) < 1e-4:
+        return Frame(colloc, found[0], found[1][0], (0.0, -np.inf))
+    if is_singular_around(colloc, x, colloc.row(along)):
         return None
-    return Frame(colloc, found[0], found[1][0], (0.0, -np.inf))
+    ray = ray_at(colloc, x, along, options.mesh)
+    if ray is None:
+        return None
+    there, state, tangent = ray
+    before = x if there is colloc else colloc.interpolate(x, there)
+    return Frame(there, state, tangent, (0.0, -np.inf)) if there.norm(add(state, (-1.0, before))) < 1e-4 else None
 
 
 def with_tests(frame: Frame) -> Frame:
