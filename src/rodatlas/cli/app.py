@@ -46,11 +46,13 @@ def slice_command(
     out: Annotated[str, typer.Option(help="Folder for figures and data.")] = "out",
     fresh: Annotated[bool, typer.Option("--fresh", help="Compute everything again, even what the folder has.")] = False,
     json_to: Annotated[str, typer.Option("--json", help="Write the result as JSON to a file too, or to -.")] = "",
+    overlay: Annotated[str, typer.Option(help="CSV of measured ranges (state, shear_min, shear_max ..).")] = "",
+    band: Annotated[str, typer.Option(help="Band in mm behind --overlay, such as 240x3x0.127.")] = "",
 ) -> None:
     """Follow all equilibria at one clamp angle as the shear varies: table, figures and data."""
     from rodatlas.cli.slice import run
 
-    run(angle, compression, poisson, shear_max, tol, out, json_to, fresh)
+    run(angle, compression, poisson, shear_max, tol, out, json_to, fresh, overlay, band)
 
 
 @app.command("loci")

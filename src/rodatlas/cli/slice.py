@@ -11,16 +11,19 @@ from rich.console import Console
 from rich.table import Table
 
 from rodatlas.cli.common import json_target, note, progress_bar, settings_from, writable_folder
+from rodatlas.cli.overlay import compare_overlay, read_overlay
 
 if TYPE_CHECKING:
     from rodatlas.atlas import Slice
 
 
 def run(
-    angle: str, compression: str, poisson: str, shear_max: str, tol: str, out: str, json_to: str, fresh: bool
-) -> None:
+    angle: str, compression: str, poisson: str, shear_max: str, tol: str, out: str, json_to: str, fresh: bool,
+    overlay: str = "", band: str = "",
+) -> None:  # fmt: skip
     """The command; texts come as typed and are checked here."""
     settings = settings_from(angle, compression, poisson, tol, shear_max)
+    measured = read_overlay(overlay, band, settings)
     folder = writable_folder(out)
     json_file = json_target(json_to)
     from rodatlas.atlas.slices.cache import write_text
@@ -35,6 +38,9 @@ def run(
     write_text(folder / f"{stem}.json", text)
     console = Console(stderr=json_to == "-")
     console.print(_table(found))
+    if measured:
+        compared = compare_overlay(found, measured, folder / f"{stem}-overlay", console)
+        text = json.dumps(found.to_json() | {"overlay": compared.to_json()}, indent=1) + "\n"
     for warning in found.warnings:
         console.print(f"warning: {warning}", style="yellow", markup=False)
     console.print(

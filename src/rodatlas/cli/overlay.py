@@ -1,0 +1,72 @@
+"""Measured ranges beside a slice: reading them before the work, comparing and drawing them after it."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from rich.table import Table
+
+if TYPE_CHECKING:
+    from rich.console import Console
+
+    from rodatlas.atlas import Slice, SliceSettings
+    from rodatlas.atlas.experiments.comparison import Comparison, EndCheck
+    from rodatlas.atlas.experiments.measured import Measurement
+
+
+def read_overlay(path: str, band: str, settings: SliceSettings) -> tuple[Measurement, ...]:
+    """The measured ranges of a file, none without a file; whatever is wrong with them is told before any work."""
+    if not path:
+        if band:
+            raise ValueError("band: expected --band only with --overlay, which it is for")
+        return ()
+    from rodatlas.atlas.experiments.comparison import converted
+    from rodatlas.atlas.experiments.measured import read_measurements
+    from rodatlas.rods.band import Band
+
+    measured = read_measurements(path, Band.from_text(band, settings.poisson) if band else None)
+    converted(measured, settings.compression)
+    return measured
+
+
+def compare_overlay(found: Slice, measured: Sequence[Measurement], stem: Path, console: Console) -> Comparison:
+    """Print the comparison, and write it as JSON beside its figure."""
+    from rodatlas.atlas.experiments.comparison import compare
+    from rodatlas.atlas.slices.cache import write_text
+    from rodatlas.plot import save_figure
+    from rodatlas.plot.overlay import draw_overlay
+
+    compared = compare(found, measured)
+    data = stem.with_name(f"{stem.name}.json")
+    files = [*save_figure(draw_overlay(found, compared), stem), data]
+    write_text(data, json.dumps(compared.to_json(), indent=1) + "\n")
+    console.print(_table(compared))
+    console.print(f"measured ranges: {', '.join(map(str, files))}", highlight=False, soft_wrap=True, markup=False)
+    return compared
+
+
+def _table(compared: Comparison) -> Table:
+    """Both ends of each range: measured, computed, difference, error, and whether they agree."""
+    unit = "parts of the limiting shear" if compared.normalized else "L"
+    table = Table(
+        title=f"Measured and computed ends, shear in {unit}", box=None, padding=(0, 1, 0, 0),
+        caption="error: as given with the data; ~ estimated from clamps within 1 deg and 0.5 mm",
+    )  # fmt: skip
+    for name in ("state", "band", "end", "measured", "computed, at", "diff.", "error", "verdict"):
+        table.add_column(name, justify="right" if name in ("measured", "diff.", "error") else "left")
+    for check in compared.checks:
+        for side, end in (("low", check.low), ("high", check.high)):
+            table.add_row(check.measurement.state, check.measurement.label, side, *_cells(end))
+    return table
+
+
+def _cells(end: EndCheck) -> tuple[str, ...]:
+    """The texts of one end, from 'measured' on."""
+    at = end.kind if end.number is None else str(end.number)
+    computed = "" if end.computed is None else f"{end.computed:.4f}, {at}"
+    difference = "" if end.difference is None else f"{end.difference:+.4f}"
+    error = "" if end.error is None else f"{'' if end.stated else '~'}{end.error:.4f}"
+    return f"{end.measured:.4f}", computed, difference, error, end.verdict
