@@ -165,6 +165,33 @@ def export_command(
     run(file, form, out, width, band, state, shear, samples)
 
 
+@app.command("study")
+def study_command(
+    file: Annotated[str, typer.Argument(metavar="FILE.toml", help="What is wanted: grids and lists of settings.")],
+    out: Annotated[str, typer.Option(help="Folder for the results; one that is there already goes on.")],
+    workers: Annotated[str, typer.Option(help="Processes on this machine [default: one for each processor].")] = "",
+    scheduler: Annotated[str, typer.Option(help="Dask scheduler whose workers compute, tcp://host:port.")] = "",
+    dry_run: Annotated[bool, typer.Option("--dry-run", help="List what would be computed, and stop.")] = False,
+    json_to: Annotated[str, typer.Option("--json", help="Write the outcome as JSON to a file too, or to -.")] = "",
+) -> None:
+    """Compute many slices, loci and searches for states, as a file describes them; resume what is there."""
+    from rodatlas.cli.study import run
+
+    raise typer.Exit(run(file, out, workers, scheduler, dry_run, json_to))
+
+
+@app.command("show")
+def show_command(
+    folder: Annotated[str, typer.Argument(metavar="FOLDER", help="With results of any command.")],
+    check: Annotated[bool, typer.Option("--check", help="Read every file to the last byte.")] = False,
+    json_to: Annotated[str, typer.Option("--json", help="Write the list as JSON to a file too, or to -.")] = "",
+) -> None:
+    """List the results in a folder: settings, contents, warnings, and whether they are complete."""
+    from rodatlas.cli.show import run
+
+    run(folder, check, json_to)
+
+
 def main(arguments: Sequence[str] | None = None) -> None:
     """Entry point: wrong input is one line and exit code 2, an interrupt is exit code 130."""
     command = typer.main.get_command(app)

@@ -9,12 +9,14 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
-from rodatlas.atlas.study.inspection import read_everything
+from rodatlas.atlas.slices.cache import write_text
+from rodatlas.atlas.study.integrity import read_everything
 
 PLAN = "study.json"
 LOCK = ".study.lock"
 PROGRESS = ".progress"
 ASIDE = ".damaged"
+FAILURE = ".error.txt"
 
 
 def run_of(folder: Path) -> str:
@@ -88,3 +90,21 @@ def set_aside(path: Path) -> Path:
     aside = path.with_name(path.name + ASIDE)
     os.replace(path, aside)
     return aside
+
+
+def write_failure(folder: Path, stem: str, error: str, trace: str) -> None:
+    """Keep why a task failed: a line and the traceback, in a text file beside the results."""
+    write_text(folder / f"{stem}{FAILURE}", f"{error}\n\n{trace}")
+
+
+def failure_of(folder: Path, stem: str) -> str:
+    """Why a task failed when it was last tried, in one line; empty if it did not."""
+    try:
+        return (folder / f"{stem}{FAILURE}").read_text().partition("\n")[0]
+    except OSError:
+        return ""
+
+
+def forget_failure(folder: Path, stem: str) -> None:
+    """The task has its result now."""
+    (folder / f"{stem}{FAILURE}").unlink(missing_ok=True)

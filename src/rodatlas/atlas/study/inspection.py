@@ -2,23 +2,98 @@
 
 from __future__ import annotations
 
+import json
+from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
+from rodatlas.atlas.slices.cache import SETTINGS
+from rodatlas.atlas.study.integrity import read_everything
+from rodatlas.atlas.study.kinds import KINDS
 
-def read_everything(path: Path) -> str:
-    """Read every dataset and attribute of an HDF5 file, whose checksums tell damage; what is wrong, or nothing."""
+if TYPE_CHECKING:
     import h5py
 
-    def visit(name: str, item: Any) -> None:
-        dict(item.attrs)
-        if isinstance(item, h5py.Dataset):
-            item[()]
+OTHERS = {"rodatlas/solution": "solution", "rodatlas/branch": "branch"}
 
+
+@dataclass(frozen=True)
+class Entry:
+    """One result in a folder.
+
+    Attributes
+    ----------
+    file : its name; that of a folder, with a slash, where branches of an unfinished result lie.
+    kind : 'slice', 'loci', 'states', ...; the schema of a file that this program has no kind for.
+    status : 'complete', 'partial', 'damaged', 'failed' or 'missing'.
+    settings : everything that decided the numbers, with the version of the program; empty where a file lacks it.
+    contents : what is in it, in a few words.
+    warnings : how many it holds, None where it keeps none.
+    seconds : that it took to compute, None where it is not known.
+    size, mtime_ns : of the file, by which a change of it is noticed.
+    detail : what is wrong.
+    """
+
+    file: str
+    kind: str
+    status: str
+    settings: dict[str, Any] = field(default_factory=dict)
+    contents: str = ""
+    warnings: int | None = None
+    seconds: float | None = None
+    size: int = 0
+    mtime_ns: int = 0
+    detail: str = ""
+
+    def to_json(self) -> dict[str, Any]:
+        """Plain values for JSON."""
+        return {key: getattr(self, key) for key in self.__dataclass_fields__ if key != "mtime_ns"}
+
+
+def inspect_file(path: Path, thorough: bool = False) -> Entry:
+    """What is in an HDF5 file of any command.
+
+    Parameters
+    ----------
+    thorough : read all of it, so that damage anywhere shows; else only its head, which tells a truncated file.
+    """
+    import h5py
+
+    known = path.stat()
+    if thorough and (error := read_everything(path)):
+        return Entry(path.name, "?", "damaged", size=known.st_size, mtime_ns=known.st_mtime_ns, detail=error)
     try:
         with h5py.File(path, "r") as file:
-            dict(file.attrs)
-            file.visititems(visit)
+            return _entry(path.name, file, known.st_size, known.st_mtime_ns)
     except (OSError, KeyError, RuntimeError, ValueError, TypeError) as error:
-        return " ".join(str(error).split()) or type(error).__name__
-    return ""
+        line = " ".join(str(error).split()) or type(error).__name__
+        return Entry(path.name, "?", "damaged", size=known.st_size, mtime_ns=known.st_mtime_ns, detail=line)
+
+
+def _entry(name: str, file: h5py.File, size: int, mtime_ns: int) -> Entry:
+    schema = str(file.attrs.get("schema", "other HDF5"))
+    kind = next((k for k in KINDS if k.schema == schema), None)
+    contents = kind.contents(file) if kind is not None else _points(file)
+    warnings = len(json.loads(file.attrs["warnings"])) if "warnings" in file.attrs else None
+    seconds = float(file.attrs["seconds"]) if "seconds" in file.attrs else None
+    called = kind.name if kind is not None else OTHERS.get(schema, schema)
+    settings = json.loads(file.attrs.get("identity", "{}"))
+    return Entry(name, called, "complete", settings, contents, warnings, seconds, size, mtime_ns)
+
+
+def _points(file: h5py.File) -> str:
+    offsets = file.get("points/solutions/offsets")
+    return f"{len(offsets) - 1} points" if offsets is not None else ""
+
+
+def inspect_work(folder: Path) -> Entry | None:
+    """The unfinished slice whose branches lie in a folder; None of any other folder."""
+    try:
+        settings = json.loads((folder / SETTINGS).read_text())
+    except (OSError, ValueError):
+        return None
+    files = [path.stat() for path in folder.glob("*.h5")]
+    return Entry(
+        f"{folder.name}/", "slice", "partial", settings, f"{len(files)} branches finished",
+        size=sum(f.st_size for f in files), mtime_ns=max((f.st_mtime_ns for f in files), default=0),
+    )  # fmt: skip

@@ -18,6 +18,7 @@ from rodatlas.atlas.study.folder import PLAN, run_of
 from rodatlas.atlas.study.kinds.base import Workplace
 from rodatlas.atlas.study.task import Task
 
+PATIENCE = 5.0  # seconds for a file of another machine to appear in a shared folder
 PERIOD = 0.5  # seconds between two notes of progress
 
 
@@ -95,6 +96,9 @@ def check_place(folder: Path, run: str, version: str = __version__) -> None:
     """
     if version != __version__:
         raise RuntimeError(f"worker {worker_name()} runs rodatlas {__version__}, this study runs {version}")
+    end = time.monotonic() + PATIENCE
+    while run and run_of(folder) != run and time.monotonic() < end:
+        time.sleep(0.2)
     if run and run_of(folder) != run:
         raise RuntimeError(
             f"worker {worker_name()} does not see the folder {folder} of the study ({PLAN} is not there or another's); "

@@ -1,13 +1,15 @@
-"""Kinds of tasks. A new one is a module with a :class:`Kind` and a line in `KINDS`."""
+"""Kinds of tasks. A new one is a module with a :class:`Kind` and its name in `KINDS`."""
 
 from __future__ import annotations
 
 from rodatlas.atlas.study.kinds.base import Kind, Progress, Settings, Workplace, digest
+from rodatlas.atlas.study.kinds.loci import LOCI
 from rodatlas.atlas.study.kinds.slices import SLICE
+from rodatlas.atlas.study.kinds.states import STATES, StatesSettings
 
-KINDS = (SLICE,)
+KINDS = (SLICE, STATES, LOCI)
 
-__all__ = ["KINDS", "Kind", "Progress", "Settings", "Workplace", "digest", "kind_of"]
+__all__ = ["KINDS", "Kind", "Progress", "Settings", "StatesSettings", "Workplace", "digest", "kind_of"]
 
 
 def kind_of(settings: Settings) -> Kind:

@@ -30,7 +30,7 @@ def _compute(settings: SliceSettings, work: Workplace) -> None:
 
 def _contents(file: h5py.File) -> str:
     states, branches = (len(file[name]) if name in file else 0 for name in ("states", "branches"))
-    return f"{states} stable states, {branches} branches"
+    return f"{states} states, {branches} branches"
 
 
 SLICE = Kind("slice", "slices", SCHEMA, SliceSettings, _make, stem_of, nothing_required, _compute, _contents)

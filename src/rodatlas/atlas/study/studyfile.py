@@ -1,0 +1,239 @@
+"""Study files: TOML with tables of settings, each value one, a list or a grid.
+
+Every table `[[slices]]`, `[[states]]`, `[[loci]]` stands for the tasks of all combinations of its values; several
+tables, and what they require, are put together, each task once. What a table may hold follows from the parameters of
+`Kind.make`, so that a new kind of task needs no change here. Errors name the file and the path of the value:
+``study.toml: slices[0].angle: expected a number, got 'x'``.
+"""
+
+from __future__ import annotations
+
+import inspect
+import itertools
+import re
+import tomllib
+from collections.abc import Iterable, Mapping, Sequence
+from functools import cache
+from pathlib import Path
+from typing import Annotated, Any, Literal, get_type_hints
+
+import numpy as np
+from pydantic import (
+    BaseModel,
+    ConfigDict,
+    Discriminator,
+    Field,
+    StrictBool,
+    StrictFloat,
+    StrictInt,
+    StrictStr,
+    Tag,
+    ValidationError,
+    create_model,
+    model_validator,
+)
+
+from rodatlas.atlas.study.cluster_settings import ClusterSettings
+from rodatlas.atlas.study.kinds import KINDS, Kind
+from rodatlas.atlas.study.plan import Study
+from rodatlas.atlas.study.task import Task, task_of, with_requirements
+
+MOST = 100_000  # tasks of one study, against slips of the pen in grids
+DIGITS = 12  # to which grid values are rounded, so that 0.3 + 0.1 is 0.4
+
+
+class _Model(BaseModel):
+    model_config = ConfigDict(extra="forbid", frozen=True)
+
+
+class Grid(_Model):
+    """Equidistant numbers, both ends included: {from, to, count} or {from, to, step}."""
+
+    first: StrictFloat = Field(alias="from", allow_inf_nan=False)
+    to: StrictFloat = Field(allow_inf_nan=False)
+    count: StrictInt | None = Field(default=None, ge=2, le=MOST)
+    step: StrictFloat | None = Field(default=None, gt=0.0, allow_inf_nan=False)
+
+    @model_validator(mode="after")
+    def _check(self) -> Grid:
+        if (self.count is None) == (self.step is None):
+            raise ValueError("expected either count or step beside from and to")
+        if self.step is not None:
+            if (self.to - self.first) * self.step < 0:
+                raise ValueError(f"expected a range that increases, got from {self.first:g} to {self.to:g}")
+            parts = (self.to - self.first) / self.step
+            if parts > MOST or abs(parts - round(parts)) > 1e-9 * max(1.0, parts):
+                raise ValueError(
+                    f"expected a step that divides the range of {self.to - self.first:g} into at most {MOST} parts, "
+                    f"got {self.step:g}"
+                )
+        return self
+
+    def values(self) -> list[float]:
+        """The numbers, rounded to 12 digits after the point."""
+        count = self.count if self.count is not None else round((self.to - self.first) / (self.step or 1.0)) + 1
+        return [round(float(x), DIGITS) for x in np.linspace(self.first, self.to, count)]
+
+
+class Cluster(_Model):
+    """A `[cluster]` table; see :class:`rodatlas.atlas.study.cluster_settings.ClusterSettings`."""
+
+    kind: Literal["slurm"]
+    jobs: StrictInt = Field(default=1, ge=1)
+    cores: StrictInt = Field(default=1, ge=1)
+    memory: StrictStr = "2GB"
+    walltime: StrictStr = Field(default="01:00:00", pattern=r"^(\d+-)?\d+(:\d\d){0,2}$")
+    queue: StrictStr = ""
+    account: StrictStr = ""
+    interface: StrictStr = ""
+    directives: tuple[StrictStr, ...] = ()
+    prologue: tuple[StrictStr, ...] = ()
+    scratch: StrictStr = ""
+
+
+def read_study(path: Path) -> Study:
+    """The study that a file describes.
+
+    Raises
+    ------
+    ValueError
+        in one line, for a file that cannot be read, and with the path of every value that is wrong.
+    """
+    try:
+        data = tomllib.loads(path.read_text(encoding="utf-8"))
+    except OSError as error:
+        raise ValueError(f"study: expected a file that can be read, got '{path}' ({error.strerror})") from None
+    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
+        raise ValueError(f"{path.name}: expected TOML, got something else: {error}") from None
+    return parse_study(data, path.name, path.stem)
+
+
+def parse_study(data: Mapping[str, Any], source: str = "study", name: str = "study") -> Study:
+    """The study that a mapping describes, as :func:`read_study`.
+
+    Parameters
+    ----------
+    source : stands before every error.
+    name : of a study that has none.
+    """
+    try:
+        model: Any = _model().model_validate(data)
+    except ValidationError as error:
+        raise ValueError("; ".join(f"{source}: {line}" for line in _lines(error))) from None
+    tasks: list[Task] = []
+    errors: dict[str, None] = {}
+    for kind in KINDS:
+        for number, table in enumerate(getattr(model, kind.section)):
+            _add_tasks(kind, table, f"{source}: {kind.section}[{number}]", tasks, errors)
+    if errors:
+        raise ValueError("; ".join(errors))
+    if not tasks:
+        sections = ", ".join(f"[[{kind.section}]]" for kind in KINDS)
+        raise ValueError(f"{source}: expected at least one table of {sections}, got none")
+    cluster = ClusterSettings(**model.cluster.model_dump()) if model.cluster is not None else None
+    return Study(model.name or name, with_requirements(tasks), model.retries, cluster)
+
+
+def _add_tasks(kind: Kind, table: BaseModel, place: str, tasks: list[Task], errors: dict[str, None]) -> None:
+    """The tasks of one table: all combinations; what settings refuse becomes an error with its place."""
+    given = {name: _values(getattr(table, name)) for name in table.model_fields_set}
+    total = int(np.prod([float(len(values)) for values in given.values()]))
+    if total + len(tasks) > MOST:
+        errors[f"{place}: expected at most {MOST} tasks in all, got {total + len(tasks)}"] = None
+        return
+    for combination in itertools.product(*given.values()):
+        try:
+            tasks.append(task_of(kind.make(**dict(zip(given, combination, strict=True))), kind))
+        except ValueError as error:
+            errors[f"{place}.{_renamed(str(error))}"] = None
+
+
+def _renamed(message: str) -> str:
+    """An error of settings with the names of study files: 'shear-max: ...' becomes 'shear_max: ...'."""
+    field, colon, rest = message.partition(":")
+    names = {"tol": "tolerance", "class": "classes"}
+    return f"{names.get(field, field.replace('-', '_'))}{colon}{rest}"
+
+
+def _values(value: Any) -> Sequence[Any]:
+    """The values that a table gives for one name."""
+    if isinstance(value, Grid):
+        return value.values()
+    return value if isinstance(value, list) else [value]
+
+
+# -- models from the parameters of Kind.make --------------------------------------------------------------------------
+
+_TYPES: dict[type, Any] = {
+    float: Annotated[StrictFloat, Field(allow_inf_nan=False)], int: StrictInt, bool: StrictBool, str: StrictStr
+}  # fmt: skip
+
+
+@cache
+def _model() -> type[BaseModel]:
+    """The model of a study file."""
+    tables: dict[str, Any] = {kind.section: (list[_table(kind)], []) for kind in KINDS}  # type: ignore[misc]
+    return create_model(
+        "StudyFile", __base__=_Model, name=(StrictStr, ""), retries=(Annotated[StrictInt, Field(ge=0, le=10)], 2),
+        cluster=(Cluster | None, None), **tables,
+    )  # fmt: skip
+
+
+def _table(kind: Kind) -> type[BaseModel]:
+    """The model of a table of one kind: a field for each parameter of its `make`."""
+    hints = get_type_hints(kind.make)
+    fields: dict[str, Any] = {}
+    for name, parameter in inspect.signature(kind.make).parameters.items():
+        plain = next(t for t in _TYPES if t in (hints[name], *getattr(hints[name], "__args__", ())))
+        required = parameter.default is inspect.Parameter.empty
+        fields[name] = (_choice(plain), ... if required else parameter.default)
+    return create_model(kind.section, __base__=_Model, **fields)
+
+
+def _choice(plain: type) -> Any:
+    """One value, a list of values, or for numbers a grid."""
+    one = _TYPES[plain]
+    many: Any = Annotated[list[one], Field(min_length=1)]  # type: ignore[valid-type]
+    choices: Any = Annotated[one, Tag("one")] | Annotated[many, Tag("list")]
+    if plain is float:
+        choices = choices | Annotated[Grid, Tag("grid")]
+    tags: dict[Any, str] = {list: "list", dict: "grid" if plain is float else "one"}
+    return Annotated[choices, Discriminator(lambda value: tags.get(type(value), "one"))]
+
+
+# -- errors -----------------------------------------------------------------------------------------------------------
+
+_EXPECTED = {
+    "float_type": "a number, a list of numbers or a grid {from, to, count}", "int_type": "a whole number",
+    "bool_type": "true or false", "string_type": "a text in quotes", "list_type": "tables in double brackets",
+    "missing": "a value", "finite_number": "a finite number", "too_short": "at least one value",
+    "model_type": "a table", "model_attributes_type": "a table", "tuple_type": "a list",
+    "string_pattern_mismatch": "a time such as 01:00:00",
+}  # fmt: skip
+
+
+def _lines(error: ValidationError) -> Iterable[str]:
+    """One line for every error: its path, what was expected and what came."""
+    for e in error.errors():
+        path = _path(e["loc"])
+        kind, got = e["type"], e["input"]
+        if kind == "extra_forbidden":
+            yield f"{path}: expected another name, got one that means nothing here"
+        elif kind == "value_error":
+            yield f"{path}: {e['ctx']['error']}"
+        elif kind == "missing":
+            yield f"{path}: expected a value, got none"
+        else:
+            words = re.sub(r"^Input should be", "", e["msg"]).strip()
+            yield f"{path}: expected {_EXPECTED.get(kind, words)}, got {got!r}"
+
+
+def _path(location: Iterable[str | int]) -> str:
+    """'slices[0].angle' of ('slices', 0, 'angle'); tags of choices are left out."""
+    text = ""
+    for part in location:
+        if isinstance(part, int):
+            text += f"[{part}]"
+        elif part not in ("one", "list", "grid"):
+            text += f".{part}" if text else part
+    return text

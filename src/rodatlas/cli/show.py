@@ -1,0 +1,103 @@
+"""`rodatlas show`: what lies in a folder."""
+
+from __future__ import annotations
+
+import json
+import sys
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from rich.console import Console
+from rich.table import Table
+
+from rodatlas.cli.common import json_target
+
+if TYPE_CHECKING:
+    from rodatlas.atlas.study import Listing
+    from rodatlas.atlas.study.inspection import Entry
+
+STYLES = {"partial": "yellow", "damaged": "red", "failed": "red", "missing": "dim"}
+UNITS = ((10**9, "GB"), (10**6, "MB"), (10**3, "kB"))
+SHORT = {
+    "angle_deg": "angle", "compression": "dL", "poisson": "nu", "shear": "dD", "tolerance": "tol", "shear_min": "dD >=",
+    "shear_max": "dD <=", "angle_max": "angle <=", "stable_only": "stable only", "classes": "class", "rodatlas": "version",
+}  # fmt: skip
+
+
+def run(folder: str, check: bool, json_to: str) -> None:
+    """The command; texts come as typed and are checked here."""
+    from rodatlas.atlas.study.listing import list_folder
+
+    json_file = json_target(json_to)
+    found = list_folder(Path(folder), thorough=check)
+    text = json.dumps(found.to_json(), indent=1) + "\n"
+    console = Console(stderr=json_to == "-")
+    if found.study:
+        console.print(f"study: {found.study}", markup=False, highlight=False, soft_wrap=True)
+    for kind in dict.fromkeys(e.kind for e in found.entries):
+        console.print(_table(kind, [e for e in found.entries if e.kind == kind]))
+    for entry in found.entries:
+        if entry.detail:
+            console.print(f"{entry.file} is {entry.status}: {entry.detail}", markup=False, highlight=False,
+                          soft_wrap=True)  # fmt: skip
+    console.print(summary(found), markup=False, highlight=False, soft_wrap=True)
+    if json_to == "-":
+        sys.stdout.write(text)
+    elif json_file is not None:
+        from rodatlas.atlas.slices.cache import write_text
+
+        write_text(json_file, text)
+
+
+def _table(kind: str, entries: Sequence[Entry]) -> Table:
+    """A row for each result of one kind; settings that all share stand in the title."""
+    common = _shared(entries)
+    words = described(common)
+    title = {"?": "not readable"}.get(kind, kind)
+    table = Table(title=f"{title} ({words})" if words else title, box=None, padding=(0, 1), title_justify="left")
+    for name in ("file", "settings", "status", "contents"):
+        table.add_column(name, overflow="fold", no_wrap=name in ("file", "status"))
+    for name in ("warnings", "seconds", "size"):
+        table.add_column(name, justify="right", no_wrap=True)
+    for e in entries:
+        table.add_row(
+            e.file, described({k: v for k, v in e.settings.items() if k not in common}), e.status, e.contents,
+            "" if e.warnings is None else str(e.warnings), "" if e.seconds is None else f"{e.seconds:.1f}",
+            sized(e.size), style=STYLES.get(e.status),
+        )  # fmt: skip
+    return table
+
+
+def _shared(entries: Sequence[Entry]) -> dict[str, Any]:
+    """Settings that are the same for all of several results that have settings."""
+    known = [e.settings for e in entries if e.settings]
+    if len(known) < 2:
+        return {}
+    return {k: v for k, v in known[0].items() if all(k in s and s[k] == v for s in known)}
+
+
+def described(settings: dict[str, Any]) -> str:
+    """Settings in short: 'angle 15, dL 0.5'."""
+    return ", ".join(f"{SHORT.get(k, k)} {_plain(v)}" for k, v in settings.items())
+
+
+def _plain(value: Any) -> str:
+    return f"{value:g}" if isinstance(value, float) else str(value)
+
+
+def sized(size: int) -> str:
+    """A size in bytes with three digits."""
+    for unit, name in UNITS:
+        if size >= unit:
+            return f"{size / unit:.3g} {name}"
+    return f"{size} B" if size else ""
+
+
+def summary(found: Listing) -> str:
+    """Counts in one line."""
+    kinds = dict.fromkeys(e.status for e in found.entries)
+    counts = ", ".join(f"{found.count(status)} {status}" for status in kinds) or "no results"
+    total = sized(sum(e.size for e in found.entries))
+    others = f"; {found.others} other files" if found.others else ""
+    return f"{counts}{f', {total}' if total else ''}{others}"
