@@ -55,16 +55,16 @@ def _table(kind: str, entries: Sequence[Entry]) -> Table:
     common = _shared(entries)
     words = described(common)
     title = {"?": "not readable"}.get(kind, kind)
-    table = Table(title=f"{title} ({words})" if words else title, box=None, padding=(0, 1), title_justify="left")
+    table = Table(title=f"{title} ({words})" if words else title, box=None, pad_edge=False, title_justify="left")
     for name in ("file", "settings", "status", "contents"):
         table.add_column(name, overflow="fold", no_wrap=name in ("file", "status"))
-    for name in ("warnings", "seconds", "size"):
+    for name in ("seconds", "size"):
         table.add_column(name, justify="right", no_wrap=True)
     for e in entries:
         table.add_row(
-            e.file, described({k: v for k, v in e.settings.items() if k not in common}), e.status, e.contents,
-            "" if e.warnings is None else str(e.warnings), "" if e.seconds is None else f"{e.seconds:.1f}",
-            sized(e.size), style=STYLES.get(e.status),
+            e.file, described({k: v for k, v in e.settings.items() if k not in common}), e.status,
+            e.contents + (f", {e.warnings} warnings" if e.warnings else ""),
+            "" if e.seconds is None else f"{e.seconds:.1f}", sized(e.size), style=STYLES.get(e.status),
         )  # fmt: skip
     return table
 

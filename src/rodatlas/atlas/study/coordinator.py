@@ -14,6 +14,7 @@ from rodatlas.atlas.study.task import Task
 from rodatlas.atlas.study.worker import Report, Ticket, perform
 
 POLL = 0.25  # seconds between two looks at the notes of progress
+DIED = "the worker process died (killed, out of memory, or crashed)"
 FINAL = ("KilledWorker",)  # Dask has retried these itself
 
 
@@ -103,8 +104,8 @@ class Coordinator:
             report = future.result()
         except (Exception, CancelledError) as lost:
             final = type(lost).__name__ in FINAL
-            died = final or isinstance(lost, BrokenExecutor)
-            report = Report("", 0.0, f"{'the worker died' if died else 'the call was lost'} ({_line(lost)})")
+            broken = isinstance(lost, BrokenExecutor)
+            report = Report("", 0.0, DIED if broken else f"the call was lost ({type(lost).__name__}: {_line(lost)})")
         for note in report.notes:
             self.tell(Event("note", task, note))
         error = report.error or self.check(task)
