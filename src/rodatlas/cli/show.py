@@ -20,8 +20,9 @@ if TYPE_CHECKING:
 STYLES = {"partial": "yellow", "damaged": "red", "failed": "red", "missing": "dim"}
 UNITS = ((10**9, "GB"), (10**6, "MB"), (10**3, "kB"))
 SHORT = {
-    "angle_deg": "angle", "compression": "dL", "poisson": "nu", "shear": "dD", "tolerance": "tol", "shear_min": "dD >=",
-    "shear_max": "dD <=", "angle_max": "angle <=", "stable_only": "stable only", "classes": "class", "rodatlas": "version",
+    "angle_deg": "angle", "compression": "dL", "poisson": "nu", "shear": "dD", "tolerance": "tol",
+    "shear_min": "dD >=", "shear_max": "dD <=", "angle_max": "angle <=", "stable_only": "stable only",
+    "classes": "class", "rodatlas": "version",
 }  # fmt: skip
 
 

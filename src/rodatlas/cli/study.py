@@ -9,7 +9,7 @@ from collections import Counter
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TaskID, TextColumn, TimeElapsedColumn
@@ -81,7 +81,7 @@ def _run(study: Study, out: str, workers: int | None, scheduler: str, console: C
 
 
 def _table(found: StudyResult) -> Table:
-    table = Table(title=found.name, box=None, padding=(0, 1))
+    table = Table(title=found.name, box=None, pad_edge=False)
     for name in ("result", "status"):
         table.add_column(name, overflow="fold")
     for name in ("attempts", "seconds"):
@@ -104,10 +104,14 @@ def _summary(found: StudyResult) -> str:
 
 def _dry_run(study: Study, folder: Path, console: Console) -> str:
     """Print what would be computed, and what is there already as far as the names tell."""
-    rows = [{"kind": t.kind.name, "file": t.file, "there": (folder / t.file).exists(),
-             "requires": [f"{stem}.h5" for stem in t.requires], "settings": t.settings.identity()}
-            for t in study.tasks]  # fmt: skip
-    table = Table(title=f"{study.name}: would be computed", box=None, padding=(0, 1))
+    rows: list[dict[str, Any]] = [
+        {
+            "kind": t.kind.name, "file": t.file, "there": (folder / t.file).exists(),
+            "requires": [f"{stem}.h5" for stem in t.requires], "settings": t.settings.identity(),
+        }
+        for t in study.tasks
+    ]  # fmt: skip
+    table = Table(title=f"{study.name}: would be computed", box=None, pad_edge=False)
     for name in ("result", "there", "requires"):
         table.add_column(name, overflow="fold")
     for row in rows:

@@ -113,7 +113,7 @@ def test_a_damaged_branch_of_an_unfinished_task_is_computed_again(tmp_path, thre
     (folder / ".b2.h5.0123.partial").write_bytes(b"half")
     notes, lines = [], journal(tmp_path)
     run_study(Study("s", (task,)), tmp_path, executor=threads, listen=lambda e: notes.append((e.kind, e.message)))
-    assert [m for kind, m in notes if kind == "note"][0].startswith(f"{task.stem}/b1.h5 is damaged")
+    assert next(m for kind, m in notes if kind == "note").startswith(f"{task.stem}/b1.h5 is damaged")
     assert journal(tmp_path)[len(lines) :] == [f"{task.stem}/b1.h5", f"{task.stem}/b2.h5", task.file]
     assert content(tmp_path / task.file) == reference
     assert not folder.exists()

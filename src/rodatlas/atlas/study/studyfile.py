@@ -203,6 +203,7 @@ def _choice(plain: type) -> Any:
 
 # -- errors -----------------------------------------------------------------------------------------------------------
 
+_TAGS = ("one", "list", "grid")
 _EXPECTED = {
     "float_type": "a number, a list of numbers or a grid {from, to, count}", "int_type": "a whole number",
     "bool_type": "true or false", "string_type": "a text in quotes", "list_type": "tables in double brackets",
@@ -218,7 +219,7 @@ def _lines(error: ValidationError) -> Iterable[str]:
         path = _path(e["loc"])
         kind, got = e["type"], e["input"]
         if kind == "extra_forbidden":
-            yield f"{path}: expected another name, got one that means nothing here"
+            yield f"{path}: expected one of {', '.join(_names(e['loc']))}, got another name"
         elif kind == "value_error":
             yield f"{path}: {e['ctx']['error']}"
         elif kind == "missing":
@@ -228,12 +229,22 @@ def _lines(error: ValidationError) -> Iterable[str]:
             yield f"{path}: expected {_EXPECTED.get(kind, words)}, got {got!r}"
 
 
+def _names(location: Sequence[str | int]) -> Iterable[str]:
+    """The names that may stand where an unknown one does."""
+    if len(location) == 1:
+        return _model().model_fields
+    if "grid" in location:
+        return "from", "to", "count", "step"
+    kind = next((k for k in KINDS if k.section == location[0]), None)
+    return inspect.signature(kind.make).parameters if kind is not None else Cluster.model_fields
+
+
 def _path(location: Iterable[str | int]) -> str:
     """'slices[0].angle' of ('slices', 0, 'angle'); tags of choices are left out."""
     text = ""
     for part in location:
         if isinstance(part, int):
             text += f"[{part}]"
-        elif part not in ("one", "list", "grid"):
+        elif part not in _TAGS:
             text += f".{part}" if text else part
     return text

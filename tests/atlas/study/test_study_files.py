@@ -1,0 +1,124 @@
+"""Study files: combinations, grids, and errors that name the place of each wrong value."""
+
+from pathlib import Path
+
+import pytest
+
+from rodatlas.atlas import LociSettings, SliceSettings
+from rodatlas.atlas.study import StatesSettings, Study
+from rodatlas.atlas.study.cluster_settings import ClusterSettings
+
+EXAMPLES = sorted((Path(__file__).parents[3] / "examples/studies").glob("*.toml"))
+
+
+@pytest.fixture
+def read(tmp_path):
+    def read_text(text):
+        path = tmp_path / "study.toml"
+        path.write_text(text)
+        return Study.load(path)
+
+    return read_text
+
+
+def test_lists_and_grids_are_combined(read):
+    study = read(
+        "[[slices]]\nangle = [0, 15, 30]\ncompression = {from = 0.3, to = 0.7, count = 5}\n"
+        "[[slices]]\nangle = 15\nshear_max = 0.5\npoisson = {from = 0, to = 0.3, step = 0.1}\n"
+        '[[states]]\nangle = 30\nshear = 0.625\nclasses = ["+", "-"]\nstable_only = true\n'
+    )
+    assert study.name == "study"
+    settings = [t.settings for t in study.tasks]
+    assert len(settings) == 3 * 5 + 4 + 2
+    places = {(s.angle_deg, s.compression) for s in settings[:15]}
+    assert places == {(a, c) for a in (0.0, 15.0, 30.0) for c in (0.3, 0.4, 0.5, 0.6, 0.7)}  # no 0.6000000000000001
+    default = next(s for s in settings[:15] if s == SliceSettings(15.0))
+    assert (default.shear_max, default.shear_min) == (0.82, -0.05)
+    shorter = next(s for s in settings[:15] if s.compression == 0.3)
+    assert shorter.shear_max == pytest.approx(0.82 * (1 - 0.7**2) ** 0.5 / 0.75**0.5)  # of the limiting shear
+    assert [s.poisson for s in settings[15:19]] == [0.0, 0.1, 0.2, 0.3]
+    assert settings[19:] == [
+        StatesSettings(30.0, 0.625, classes=c, stable_only=True) for c in ("+", "-")
+    ]  # fmt: skip
+
+
+def test_the_same_result_is_wanted_once(read):
+    study = read(
+        "[[slices]]\nangle = [15, 15.0]\n[[slices]]\nangle = 15\ncompression = 0.5\n[[loci]]\nangle_max = 50\n"
+    )
+    assert [t.kind.name for t in study.tasks] == ["slice", "loci"]
+    assert study.tasks[1].settings == LociSettings(angle_max=50.0)
+
+
+def test_a_cluster_is_read(read):
+    study = read(
+        'retries = 4\n[[slices]]\nangle = 1\n[cluster]\nkind = "slurm"\njobs = 3\ncores = 8\nmemory = "16GB"\n'
+        'walltime = "1-12:00:00"\nqueue = "long"\ndirectives = ["--exclusive"]\n'
+    )
+    wanted = ClusterSettings("slurm", 3, 8, "16GB", "1-12:00:00", "long", directives=("--exclusive",))
+    assert (study.retries, study.cluster) == (4, wanted)
+
+
+@pytest.mark.parametrize(
+    ("text", "error"),
+    [
+        ("[[slices]]\nangle = 'x'", "study.toml: slices[0].angle: expected a number, a list of numbers or a grid "
+                                    "{from, to, count}, got 'x'"),
+        ("[[slices]]\nangle = [15, 'x']", "study.toml: slices[0].angle[1]: expected a number"),
+        ("[[slices]]\nangle = []", "study.toml: slices[0].angle: expected at least one value, got []"),
+        ("[[slices]]\nangle = true", "study.toml: slices[0].angle: expected a number"),
+        ("[[slices]]\nangle = nan", "study.toml: slices[0].angle: expected a finite number, got nan"),
+        ("[[slices]]\nangle = 95", "study.toml: slices[0].angle: expected degrees with 0 <= angle < 90, got 95.0"),
+        ("[[slices]]\nangle = 1\n[[slices]]\nangle = 2\ntolerance = 1", "study.toml: slices[1].tolerance: expected a"),
+        ("[[slices]]\nangle = 1\nshear_max = 2", "study.toml: slices[0].shear_max: expected a number from 0.001 to"),
+        ("[[slices]]\ncompression = 0.5", "study.toml: slices[0].angle: expected a value, got none"),
+        ("[[slices]]\nangle = 1\nangel = 15", "study.toml: slices[0].angel: expected one of angle, compression,"),
+        ("[[slyces]]\nangle = 15", "study.toml: slyces: expected one of name, retries, cluster, slices,"),
+        ("[slices]\nangle = 15", "study.toml: slices: expected tables in double brackets"),
+        ("[[slices]]\nangle = {from = 0, to = 9}", "study.toml: slices[0].angle: expected either count or step"),
+        ("[[slices]]\nangle = {from = 0, to = 9, count = 1}", "study.toml: slices[0].angle.count: expected"),
+        ("[[slices]]\nangle = {from = 0, to = 9, step = 2}", "study.toml: slices[0].angle: expected a step that"),
+        ("[[slices]]\nangle = {from = 9, to = 0, step = 1}", "study.toml: slices[0].angle: expected a range that"),
+        ("[[slices]]\nangle = {from = 0, to = 9, by = 2}", "study.toml: slices[0].angle.by: expected one of from, to"),
+        ("[[states]]\nangle = 1\nshear = 0\nstarts = 1.5", "study.toml: states[0].starts: expected a whole number"),
+        ("[[states]]\nangle = 1\nshear = 0\nclasses = 'x'", "study.toml: states[0].classes: expected +, - or both"),
+        ("[[states]]\nangle = 1\nshear = 0\nstable_only = 1", "study.toml: states[0].stable_only: expected true or"),
+        ("retries = -1\n[[slices]]\nangle = 1", "study.toml: retries: expected"),
+        ("[[slices]]\nangle = 1\n[cluster]\nkind = 'pbs'", "study.toml: cluster.kind: expected 'slurm', got 'pbs'"),
+        ("[[slices]]\nangle = 1\n[cluster]\nkind = 'slurm'\nwalltime = 'long'", "study.toml: cluster.walltime: expect"),
+        ("name = 'nothing'", "study.toml: expected at least one table of [[slices]]"),
+        ("[[slices]\n", "study.toml: expected TOML, got something else: "),
+        ("[[slices]]\nangle = {from=0, to=80, count=90000}\npoisson=[0, 0.1]", "study.toml: slices[0]: expected at mo"),
+    ],
+)  # fmt: skip
+def test_errors_name_the_place(read, text, error):
+    with pytest.raises(ValueError, match=r"^study\.toml: ") as caught:
+        read(text)
+    assert str(caught.value).startswith(error)
+    assert "\n" not in str(caught.value)
+
+
+def test_every_error_is_reported(read):
+    with pytest.raises(ValueError, match=r"^study") as caught:
+        read("[[slices]]\nangle = ['a', 1, 'b']\ncompression = 'c'\n[[states]]\nangle = 1")
+    text = str(caught.value)
+    for place in ("slices[0].angle[0]", "slices[0].angle[2]", "slices[0].compression", "states[0].shear"):
+        assert f"study.toml: {place}: expected" in text
+    with pytest.raises(ValueError, match=r"^study") as caught:
+        read("[[slices]]\nangle = [95, 15, 99]\n[[slices]]\nangle = 1\npoisson = 0.7")
+    assert str(caught.value).count("expected degrees") == 2
+    assert "study.toml: slices[1].poisson: expected a number with -1 < nu <= 0.5, got 0.7" in str(caught.value)
+
+
+def test_a_file_that_is_not_there_is_named(tmp_path):
+    with pytest.raises(ValueError, match=r"study: expected a file that can be read, got '.*none\.toml' \(No such file"):
+        Study.load(tmp_path / "none.toml")
+
+
+@pytest.mark.parametrize("path", EXAMPLES, ids=lambda p: p.name)
+def test_examples_are_right(path):
+    assert len(Study.load(path).tasks) >= 4
+
+
+def test_there_are_examples():
+    assert len(EXAMPLES) >= 3
