@@ -5,10 +5,11 @@ Results do not travel: workers write them into the folder of the study, which al
 
 from __future__ import annotations
 
+import logging
 import sys
 from collections.abc import Callable, Iterator
 from concurrent.futures import Future
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -21,6 +22,8 @@ if TYPE_CHECKING:
     from distributed import Client
 
 INSTALL = "pip install 'rodatlas[cluster]'"
+LOGS = "jobs"
+"""Folder in that of the study for what the jobs print."""
 TIMEOUT = 20  # seconds to reach a scheduler
 
 
@@ -32,23 +35,38 @@ class DaskExecutor:
     """
 
     def __init__(self, client: Client):
+        self._client, self._address = client, client.scheduler.address
         self._pool = client.get_executor(pure=False)
 
     def submit(self, function: Callable[..., Any], /, *arguments: Any) -> Future[Any]:
-        """Start a call."""
+        """Start a call.
+
+        Raises
+        ------
+        ConnectionError
+            when the scheduler is gone.
+        """
+        if self._client.status != "running":
+            raise ConnectionError(f"the scheduler at {self._address} does not answer")
         future: Future[Any] = self._pool.submit(function, *arguments)
         return future
 
     def close(self) -> None:
         """Give up all calls that have not begun; those that run end on their own, and their results stay."""
-        self._pool.shutdown(wait=False)
+        with suppress(Exception):  # a scheduler that is gone has given them up already
+            self._pool.shutdown(wait=False)
 
 
 @contextmanager
 def cluster_executor(
-    scheduler: str, settings: ClusterSettings | None, folder: Path, run: str
+    scheduler: str, settings: ClusterSettings | None, folder: Path, run: str, tell: Callable[[str], None]
 ) -> Iterator[DaskExecutor]:
     """An executor on a running scheduler, or on jobs that are started for it and end with it.
+
+    Parameters
+    ----------
+    folder, run : of the study, to be seen by every worker.
+    tell : told in one line who computes.
 
     Raises
     ------
@@ -59,25 +77,38 @@ def cluster_executor(
         from distributed import Client
     except ImportError:
         raise ValueError(f"scheduler: expected the package distributed, got none; {INSTALL}") from None
-    with _jobs(scheduler, settings) as address:
+    with _jobs(scheduler, settings, folder / LOGS) as address:
         try:
             client = Client(address, timeout=TIMEOUT, set_as_default=False)
         except (OSError, TimeoutError, ValueError) as error:
             line = " ".join(str(error).split())
             raise ValueError(f"scheduler: expected one that answers, got '{scheduler}' ({line})") from None
         try:
-            _check_workers(client, folder, run)
+            _check_workers(client, folder, run, tell)
             executor = DaskExecutor(client)
             try:
                 yield executor
             finally:
                 executor.close()
         finally:
-            client.close(timeout=TIMEOUT)
+            with _quiet():
+                client.close(timeout=TIMEOUT)
 
 
 @contextmanager
-def _jobs(scheduler: str, settings: ClusterSettings | None) -> Iterator[Any]:
+def _quiet() -> Iterator[None]:
+    """Without the traceback that Dask prints when it is closed while it looks for a scheduler that is gone."""
+    log = logging.getLogger("distributed.client")
+    before = log.level
+    log.setLevel(logging.CRITICAL)
+    try:
+        yield
+    finally:
+        log.setLevel(before)
+
+
+@contextmanager
+def _jobs(scheduler: str, settings: ClusterSettings | None, logs: Path) -> Iterator[Any]:
     """The address of a scheduler, or a cluster of jobs."""
     if scheduler or settings is None:
         yield scheduler
@@ -86,9 +117,9 @@ def _jobs(scheduler: str, settings: ClusterSettings | None) -> Iterator[Any]:
         from dask_jobqueue import SLURMCluster
     except ImportError:
         raise ValueError(f"cluster: expected the package dask-jobqueue, got none; {INSTALL}") from None
-    cluster = SLURMCluster(**_options(settings))
+    cluster = SLURMCluster(**_options(settings), log_directory=str(logs))
     try:
-        cluster.scale(jobs=settings.jobs)
+        cluster.adapt(minimum_jobs=settings.jobs, maximum_jobs=settings.jobs)  # one that ends early is replaced
         yield cluster
     finally:
         cluster.close()
@@ -106,12 +137,13 @@ def _options(settings: ClusterSettings) -> dict[str, Any]:
     }  # fmt: skip
 
 
-def _check_workers(client: Client, folder: Path, run: str) -> None:
+def _check_workers(client: Client, folder: Path, run: str, tell: Callable[[str], None]) -> None:
     """Whether the workers that are there see the folder and run this program; those that come later check it too."""
     found = client.run(_place_error, str(folder), run, __version__, on_error="return")
     wrong = sorted({" ".join(str(error).split()) for error in found.values() if error})
     if wrong:
         raise ValueError(f"scheduler: expected workers that can do this study, got: {'; '.join(wrong)}")
+    tell(f"{len(found)} workers at {client.scheduler.address}{'' if found else ' so far; waiting for the first'}")
 
 
 def _place_error(folder: str, run: str, version: str) -> str:

@@ -105,7 +105,7 @@ class Coordinator:
         except (Exception, CancelledError) as lost:
             final = type(lost).__name__ in FINAL
             broken = isinstance(lost, BrokenExecutor)
-            report = Report("", 0.0, DIED if broken else f"the call was lost ({type(lost).__name__}: {_line(lost)})")
+            report = Report("", 0.0, DIED if broken else f"its worker was lost ({_line(lost)})")
         for note in report.notes:
             self.tell(Event("note", task, note))
         error = report.error or self.check(task)
@@ -140,4 +140,6 @@ class Coordinator:
 
 
 def _line(error: BaseException) -> str:
-    return " ".join(str(error).split()) or type(error).__name__
+    """Type and message of an error in one line."""
+    text = " ".join(str(error).split())
+    return f"{type(error).__name__}: {text}" if text else type(error).__name__

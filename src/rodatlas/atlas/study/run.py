@@ -71,7 +71,7 @@ def run_study(
         for outcome in outcomes.values():
             listen(Event("reused", outcome.task))
         if missing:
-            with _executor(study, place, run, len(missing), workers, scheduler, executor) as hands:
+            with _executor(study, place, run, len(missing), workers, scheduler, executor, listen) as hands:
                 coordinator = Coordinator(
                     hands, place, place / PROGRESS, run, study.retries, account.check, account.keep, listen, outcomes
                 )
@@ -142,15 +142,19 @@ class _Account:
 
 @contextmanager
 def _executor(
-    study: Study, folder: Path, run: str, count: int, workers: int | None, scheduler: str, given: Executor | None
-) -> Iterator[Executor]:
+    study: Study, folder: Path, run: str, count: int, workers: int | None, scheduler: str, given: Executor | None,
+    listen: Listener,
+) -> Iterator[Executor]:  # fmt: skip
     """Who computes: the given executor, a scheduler, this machine when its workers are counted, or the cluster."""
     if given is not None:
         yield given
     elif scheduler or (study.cluster is not None and workers is None):
         from rodatlas.atlas.study.cluster import cluster_executor
 
-        with cluster_executor(scheduler, study.cluster, folder, run) as executor:
+        def tell(line: str) -> None:
+            listen(Event("note", None, line))
+
+        with cluster_executor(scheduler, study.cluster, folder, run, tell) as executor:
             yield executor
     else:
         with LocalExecutor(min(workers or os.cpu_count() or 1, count)) as local:
