@@ -35,7 +35,7 @@ class DaskExecutor:
     """
 
     def __init__(self, client: Client):
-        self._client, self._address = client, client.scheduler.address
+        self._client, self._address = client, client.scheduler_info()["address"]
         self._pool = client.get_executor(pure=False)
 
     def submit(self, function: Callable[..., Any], /, *arguments: Any) -> Future[Any]:
@@ -143,7 +143,8 @@ def _check_workers(client: Client, folder: Path, run: str, tell: Callable[[str],
     wrong = sorted({" ".join(str(error).split()) for error in found.values() if error})
     if wrong:
         raise ValueError(f"scheduler: expected workers that can do this study, got: {'; '.join(wrong)}")
-    tell(f"{len(found)} workers at {client.scheduler.address}{'' if found else ' so far; waiting for the first'}")
+    waiting = "" if found else " so far; waiting for the first"
+    tell(f"{len(found)} workers at {client.scheduler_info()['address']}{waiting}")
 
 
 def _place_error(folder: str, run: str, version: str) -> str:
