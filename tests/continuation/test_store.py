@@ -112,6 +112,25 @@ def test_an_interrupted_write_leaves_the_old_file(tmp_path: Path, column: Branch
     assert [p.name for p in tmp_path.iterdir()] == ["b.h5"]
 
 
+@pytest.mark.skipif(not Path("/dev/full").exists(), reason="no /dev/full here")
+def test_a_full_disk_is_one_plain_error(tmp_path: Path, column: Branch) -> None:
+    """/dev/full stands for the disk: every write to it fails as on a full one."""
+    path = tmp_path / "x.h5"
+    column.save(path)
+    before = path.read_bytes()
+    write = Path.write_bytes
+
+    def full(self: Path, data: bytes) -> int:
+        return write(Path("/dev/full"), data)
+
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(Path, "write_bytes", full)
+        with pytest.raises(OSError, match=r"No space left on device: '.*/x\.h5'"):
+            column.save(path)
+    assert path.read_bytes() == before
+    assert list(tmp_path.iterdir()) == [path]
+
+
 def test_a_missing_folder_or_file_is_named(tmp_path: Path, column: Branch) -> None:
     with pytest.raises(ValueError, match="expected a file in an existing folder, got the missing folder"):
         column.save(tmp_path / "nowhere" / "b.h5")

@@ -204,7 +204,8 @@ def main(arguments: Sequence[str] | None = None) -> None:
     except ValueError as error:
         _fail(str(error))
     except OSError as error:
-        _fail(f"out: expected a file that can be written, got {error.filename or ''} ({error.strerror or error})")
+        got = f"'{error.filename}' ({error.strerror or error})" if error.filename else error.strerror or error
+        _fail(f"out: expected a file that can be written, got {got}")
     except Exception as error:
         # wrong usage comes as an exception that formats its own message
         if hasattr(error, "format_message"):

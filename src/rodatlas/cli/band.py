@@ -10,6 +10,7 @@ from rich.console import Console
 from rich.table import Table
 
 from rodatlas.cli.common import json_target, number
+from rodatlas.cli.tables import say_table
 
 if TYPE_CHECKING:
     from rodatlas.atlas.experiments.real_band import BandReport
@@ -42,7 +43,7 @@ def run(
 
     report = band_report(units, clamps, degrees)
     text = json.dumps(report.to_json(), indent=1) + "\n"
-    Console(stderr=json_to == "-").print(_table(report))
+    say_table(Console(stderr=json_to == "-"), _table(report))
     if json_to == "-":
         sys.stdout.write(text)
     elif json_file is not None:

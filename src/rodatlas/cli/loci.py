@@ -12,6 +12,7 @@ from rich.console import Console
 from rich.table import Table
 
 from rodatlas.cli.common import json_target, note, number, progress_bar, writable_folder
+from rodatlas.cli.tables import say_table
 
 if TYPE_CHECKING:
     from rodatlas.atlas.loci.result import Loci
@@ -76,7 +77,7 @@ def _say(found: Loci, wanted: tuple[int, ...], files: list[Path], console: Conso
             status = "" if e.status == "converged" else f" ({e.status})"
             place = (f"{e.angle_deg:.4f}", f"{e.shear:.6f}", f"{e.height:.6f}")
             table.add_row(*place, ", ".join(e.labels), e.description + status)
-    console.print(table)
+    say_table(console, table)
     for warning in found.warnings:
         console.print(f"warning: {warning}", style="yellow", markup=False)
     console.print(

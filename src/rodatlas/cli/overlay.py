@@ -9,6 +9,8 @@ from typing import TYPE_CHECKING
 
 from rich.table import Table
 
+from rodatlas.cli.tables import say_table
+
 if TYPE_CHECKING:
     from rich.console import Console
 
@@ -43,7 +45,7 @@ def compare_overlay(found: Slice, measured: Sequence[Measurement], stem: Path, c
     data = stem.with_name(f"{stem.name}.json")
     files = [*save_figure(draw_overlay(found, compared), stem), data]
     write_text(data, json.dumps(compared.to_json(), indent=1) + "\n")
-    console.print(_table(compared))
+    say_table(console, _table(compared))
     console.print(f"measured ranges: {', '.join(map(str, files))}", highlight=False, soft_wrap=True, markup=False)
     return compared
 

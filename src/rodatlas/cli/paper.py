@@ -11,6 +11,7 @@ from rich.console import Console
 from rich.table import Table
 
 from rodatlas.cli.common import json_target, note, progress_bar, writable_folder
+from rodatlas.cli.tables import say_table
 from rodatlas.paper import ENTRIES, NOT_DRAWN, chosen
 
 
@@ -53,7 +54,7 @@ def show_list() -> None:
         table.add_row(entry.name, entry.of_paper or "-", entry.description)
     for of, why in NOT_DRAWN.items():
         table.add_row("(not drawn)", of, why)
-    Console().print(table)
+    say_table(Console(), table)
 
 
 def _say(records: Sequence[dict[str, Any]], console: Console) -> None:
@@ -69,7 +70,7 @@ def _say(records: Sequence[dict[str, Any]], console: Console) -> None:
             style = "" if n["agrees"] else "bold red"
             table.add_row(record["name"], n["quantity"], ours, theirs, f"{n['difference']:.1e}", style=style)
     if table.row_count:
-        console.print(table)
+        say_table(console, table)
     for record in records:
         for remark in record["remarks"]:
             console.print(f"{record['name']}: {remark}", highlight=False, markup=False, soft_wrap=True)

@@ -12,6 +12,7 @@ from rich.console import Console
 from rich.table import Table
 
 from rodatlas.cli.common import json_target
+from rodatlas.cli.tables import say_table
 
 if TYPE_CHECKING:
     from rodatlas.atlas.study import Listing
@@ -37,7 +38,7 @@ def run(folder: str, check: bool, json_to: str) -> None:
     if found.study:
         console.print(f"study: {found.study}", markup=False, highlight=False, soft_wrap=True)
     for kind in dict.fromkeys(e.kind for e in found.entries):
-        console.print(_table(kind, [e for e in found.entries if e.kind == kind]))
+        say_table(console, _table(kind, [e for e in found.entries if e.kind == kind]))
     for entry in found.entries:
         if entry.detail:
             console.print(f"{entry.file} is {entry.status}: {entry.detail}", markup=False, highlight=False,

@@ -12,6 +12,7 @@ from rich.table import Table
 
 from rodatlas.cli.common import json_target, note, progress_bar, settings_from, writable_folder
 from rodatlas.cli.overlay import compare_overlay, read_overlay
+from rodatlas.cli.tables import say_table
 
 if TYPE_CHECKING:
     from rodatlas.atlas import Slice
@@ -37,7 +38,7 @@ def run(
     text = json.dumps(found.to_json(), indent=1) + "\n"
     write_text(folder / f"{stem}.json", text)
     console = Console(stderr=json_to == "-")
-    console.print(_table(found))
+    say_table(console, _table(found))
     if measured:
         compared = compare_overlay(found, measured, folder / f"{stem}-overlay", console)
         text = json.dumps(found.to_json() | {"overlay": compared.to_json()}, indent=1) + "\n"

@@ -10,6 +10,7 @@ from rich.console import Console
 from rich.table import Table
 
 from rodatlas.cli.common import number, progress_bar, settings_from, writable_folder
+from rodatlas.cli.tables import say_table
 from rodatlas.rods.ends import Ends
 
 if TYPE_CHECKING:
@@ -32,15 +33,15 @@ def run(angle: str, shear: str, state: str, out: str, compression: str, poisson:
     table = path.with_suffix(".csv")
     write_csv(table, *solution_table(solution), bare=True)
     console = Console()
-    console.print(_table(state, solution))
+    say_table(console, _table(state, solution))
     console.print(f"wrote {path} and {table}", highlight=False, soft_wrap=True)
 
 
 def _target(text: str) -> Path:
     """The HDF5 file, checked before any work is done."""
     path = Path(text)
-    if path.is_dir():
-        raise ValueError(f"out: expected a file name, got the folder '{text}'")
+    if not text.strip() or path.is_dir():
+        raise ValueError(f"out: expected a file name, got {f'the folder {text!r}' if text.strip() else repr(text)}")
     writable_folder(str(path.parent))
     return path.with_suffix(".h5")
 

@@ -10,6 +10,7 @@ from rich.console import Console
 from rich.table import Table
 
 from rodatlas.cli.common import json_target, number, progress_bar
+from rodatlas.cli.tables import say_table
 
 if TYPE_CHECKING:
     from rodatlas.states.discover import Discovery
@@ -33,7 +34,7 @@ def run(
         found = find_states(ends, ratio, classes, count, stable_only=stable_only, progress=report)
     text = json.dumps(found.to_json(), indent=1) + "\n"
     console = Console(stderr=json_to == "-")
-    console.print(_table(found))
+    say_table(console, _table(found))
     console.print(_summary(found), highlight=False, soft_wrap=True)
     if json_to == "-":
         sys.stdout.write(text)

@@ -16,6 +16,7 @@ from rich.progress import BarColumn, MofNCompleteColumn, Progress, TaskID, TextC
 from rich.table import Table
 
 from rodatlas.cli.common import json_target, note, writable_folder
+from rodatlas.cli.tables import say_table
 
 if TYPE_CHECKING:
     from rodatlas.atlas.study import Event, Study, StudyResult
@@ -72,7 +73,7 @@ def _run(study: Study, out: str, workers: int | None, scheduler: str, console: C
         note(f"interrupted: {finished} of {len(study.tasks)} results and all finished branches are kept in {folder}; "
              "the same command goes on")  # fmt: skip
         raise
-    console.print(_table(found))
+    say_table(console, _table(found))
     for outcome in found.failed:
         console.print(f"{outcome.task.stem} {outcome.status.value}: {outcome.error}", markup=False, highlight=False,
                       soft_wrap=True)  # fmt: skip
@@ -116,7 +117,7 @@ def _dry_run(study: Study, folder: Path, console: Console) -> str:
         table.add_column(name, overflow="fold")
     for row in rows:
         table.add_row(str(row["file"]), "yes" if row["there"] else "", " ".join(row["requires"]))
-    console.print(table)
+    say_table(console, table)
     left = sum(not row["there"] for row in rows)
     console.print(f"{len(rows)} results, {left} to be computed; nothing was done", highlight=False)
     return json.dumps({"schema": "rodatlas/study-plan/1", "name": study.name, "tasks": rows}, indent=1) + "\n"

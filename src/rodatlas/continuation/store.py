@@ -52,13 +52,15 @@ NO_INDEX = np.iinfo(np.int64).min
 def atomic_hdf5(path: str | os.PathLike[str], schema: str, version: int = VERSION) -> Iterator[h5py.File]:
     """An HDF5 file open for writing that appears under its name only when it is complete and on disk.
 
-    It is written under another name in the same folder, flushed, synced and renamed; after an exception or a kill
-    the file that was there before is untouched.
+    It is made in memory, written under another name in the same folder, synced and renamed; after an exception or a
+    kill the file that was there before is untouched.
 
     Raises
     ------
     ValueError
         when the folder does not exist.
+    OSError
+        when it cannot be written, a full disk say.
     """
     import h5py
 
@@ -67,11 +69,17 @@ def atomic_hdf5(path: str | os.PathLike[str], schema: str, version: int = VERSIO
         raise ValueError(f"{path}: expected a file in an existing folder, got the missing folder {path.parent}")
     partial = path.with_name(f".{path.name}.{uuid.uuid4().hex[:12]}.partial")
     try:
-        with h5py.File(partial, "x") as file:
+        with h5py.File(str(partial), "x", driver="core", backing_store=False) as file:
             file.attrs["schema"] = schema
             file.attrs["version"] = version
             yield file
-        _sync(partial)
+            file.flush()
+            image = file.id.get_file_image()  # HDF5 itself cannot give up a file on a full disk without a mess
+        try:
+            partial.write_bytes(image)
+            _sync(partial)
+        except OSError as error:
+            raise OSError(error.errno, error.strerror, str(path)) from None
         os.replace(partial, path)
         _sync(path.parent)
     finally:

@@ -20,6 +20,8 @@ def replace_file(path: str | os.PathLike[str], content: bytes) -> Path:
     try:
         partial.write_bytes(content)
         os.replace(partial, target)
+    except OSError as error:
+        raise OSError(error.errno, error.strerror, str(target)) from None
     finally:
         partial.unlink(missing_ok=True)
     return target
