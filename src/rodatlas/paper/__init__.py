@@ -60,6 +60,16 @@ ENTRIES = (
     _slice(45.0, "13", "45 deg: WS no longer stable, the residual gone"),
     _slice(55.0, "15", "55 deg: a short uUu; US turns back at high shear", 0.86),
     _slice(60.0, "16", "60 deg: uUu gone, fold 17 ends US"),
+    Entry(
+        "close-ups-28", "close_ups", "9", "27.5 to 28.5 deg: w meets U; folds 7 and 18, then pitchforks 4 and 9 vanish",
+        {"meetings": (("extremum", ("13", "18")), ("cusp", ("7", "18")), ("extremum", ("4", "9"))),
+         "numbers": (4, 7, 9, 18), "beyond": 0.5},
+    ),
+    Entry(
+        "close-ups-44", "close_ups", "14", "around 44.2 deg: fold 14 passes pitchfork 10, then 8 and 10 vanish",
+        {"meetings": (("coalescence", ("10", "14")), ("criticality", ("10",)), ("extremum", ("8", "10"))),
+         "numbers": (8, 10, 14)},
+    ),
     Entry("profiles", "profiles", "11", "the five stable states at 30 deg, dD = 0.625: force, strains, energy"),
     Entry("phase", "phase", "18", "loci of bifurcations 0 to 18 in the plane of clamp angle and shear"),
 )  # fmt: skip
@@ -70,7 +80,6 @@ NOT_DRAWN = {
     "20, 21": "slices of wide bands: needs the Audoly-Neukirch or Wunderlich model",
     "1, 24": "sketches of the set-up and of the frames",
     "2": "all states side by side: the slices have renderings of them",
-    "9, 14": "close-ups of transitions",
     "17": "the jump at fold 17",
     "23": "paper models of limiting states: not computed",
     "25": "bifurcations against Poisson's ratio",

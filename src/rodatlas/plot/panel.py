@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -25,10 +25,13 @@ from rodatlas.plot.style import (
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
 
 NUMBER_SIZE, NAME_SIZE, NOTE_SIZE = 7.5, 9.0, 7.0
 NEAR_LIMIT = 0.08  # the limiting shear is shown when the range ends this near to it
 GUTTER = 0.012
+SHEAR_LABEL = r"shear $\Delta D$  (units of $L$)"
+HEIGHT_LABEL = r"height $h=\int y\,\mathrm{d}s$  (units of $L$)"
 
 
 @dataclass(frozen=True)
@@ -56,22 +59,40 @@ def draw_curves(slice_: SliceLike, ax: Axes, free: tuple[float, float] = (0.0, 0
     ax.set_yticks([t for t in ax.get_yticks() if bottom <= t <= top])
     ax.plot([low, high], [0.0, 0.0], color=FAINT, lw=0.5, zorder=0.5)
     ax.plot([0.0, 0.0], [bottom, top], color=FAINT, lw=0.5, zorder=0.5)
+    ax.set_xlabel(SHEAR_LABEL)
+    ax.set_ylabel(HEIGHT_LABEL)
+    drawn = _draw(ax, stretches, events, (bottom, top))
+    if limit is not None:
+        _draw_limit(ax, limit, (bottom, top), drawn.obstacles)
+    return drawn
+
+
+def draw_window(slice_: SliceLike, ax: Axes, shears: tuple[float, float], heights: tuple[float, float]) -> Drawn:
+    """Curves and markers inside a window of shear and height."""
+    ax.set_xlim(*shears)
+    ax.set_ylim(*heights)
+    ax.plot(shears, [0.0, 0.0], color=FAINT, lw=0.5, zorder=0.5)
+    inside = [
+        e for e in unique_events(slice_)
+        if shears[0] < e.special.solution["dD"] < shears[1] and heights[0] < e.special.solution["height"] < heights[1]
+    ]  # fmt: skip
+    return _draw(ax, slice_stretches(slice_), inside, heights)
+
+
+def _draw(ax: Axes, stretches: list[Stretch], events: list[EventLike], heights: tuple[float, float]) -> Drawn:
+    """Curves and markers on axes that have their limits, and what labels must not cover."""
     _draw_stretches(ax, stretches)
     for event in events:
         _draw_event(ax, event)
-    ax.set_xlabel(r"shear $\Delta D$  (units of $L$)")
-    ax.set_ylabel(r"height $h=\int y\,\mathrm{d}s$  (units of $L$)")
     points = [dense(to_points(ax, s.xy)) for s in stretches]
     weights = [np.full(len(p), 1.5 if s.stable else 1.0) for p, s in zip(points, stretches, strict=True)]
     left, _, right, _ = axes_box(ax)
-    (_, lowest), (_, highest) = to_points(ax, np.array([[0.0, bottom], [0.0, top]]))
+    (_, lowest), (_, highest) = to_points(ax, np.array([[0.0, heights[0]], [0.0, heights[1]]]))
     border = (left, lowest + 2.0, right, highest - 2.0)
     samples, weight = (np.concatenate(points), np.concatenate(weights)) if points else (np.empty((0, 2)), np.empty(0))
     obstacles = Obstacles(samples, border, weights=weight)
     for place in _places(ax, events):
         obstacles.take(place, (MARKER_SIZE, MARKER_SIZE), 0.8)
-    if limit is not None:
-        _draw_limit(ax, limit, (bottom, top), obstacles)
     return Drawn(stretches, events, obstacles)
 
 
@@ -88,20 +109,25 @@ def shear_view(settings: SettingsLike) -> tuple[float, float, float | None]:
 
 def draw_heading(settings: SettingsLike, ax: Axes) -> None:
     """The setting on the left and the legend on the right, above the axes."""
-    from matplotlib.lines import Line2D
-
     setting = (
         rf"$\psi_0={settings.angle_deg:g}^\circ$,  $\Delta L={settings.compression:g}\,L$,  $\nu={settings.poisson:g}$"
     )
     ax.set_title(setting, loc="left", pad=5.0)
+    draw_legend(ax, (1.0, 1.0), "lower right")
+
+
+def draw_legend(of: Axes | Figure, corner: tuple[float, float], place: Any = "upper right") -> None:
+    """What lines and markers mean, in one row; `place` of the legend's box is put at the corner."""
+    from matplotlib.lines import Line2D
+
     handles = [
         Line2D([], [], color=INK, lw=STABLE_WIDTH, label="stable"),
         Line2D([], [], color=UNSTABLE, lw=UNSTABLE_WIDTH, dashes=UNSTABLE_DASHES, label="unstable"),
         Line2D([], [], label="fold", **MARKERS["fold"]),
         Line2D([], [], label="branch point", **MARKERS["branch point"]),
     ]
-    ax.legend(
-        handles=handles, loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=4, borderaxespad=0.1, handlelength=1.7,
+    of.legend(
+        handles=handles, loc=place, bbox_to_anchor=corner, ncols=4, borderaxespad=0.1, handlelength=1.7,
         columnspacing=1.0, handletextpad=0.35, borderpad=0.3,
     )  # fmt: skip
 

@@ -1,0 +1,63 @@
+"""A sequence of windows of slices, in which a transition of the diagram is seen."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+from rodatlas.plot.panel import HEIGHT_LABEL, SHEAR_LABEL, draw_legend, draw_window, label_events, label_states
+from rodatlas.plot.protocols import SliceLike
+from rodatlas.plot.style import TWO_COLUMN, new_figure, styled
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+ROW = 2.35  # height of a row of panels, in inches
+LEFT, RIGHT, BOTTOM, TOP, ACROSS, BETWEEN = 0.66, 0.08, 0.48, 0.5, 0.42, 0.46  # borders and gaps, in inches
+
+
+@dataclass(frozen=True)
+class Panel:
+    """One window: a slice, and the ranges of shear and height that are shown."""
+
+    slice: SliceLike
+    shears: tuple[float, float]
+    heights: tuple[float, float]
+
+
+def draw_close_ups(panels: Sequence[Panel]) -> Figure:
+    """Draw windows of slices side by side in two columns, each with its clamp angle.
+
+    Parameters
+    ----------
+    panels : at least one, in order.
+
+    Returns
+    -------
+    a figure as wide as a page.
+    """
+    if not panels:
+        raise ValueError("panels: expected at least one, got none")
+    rows = (len(panels) + 1) // 2
+    inches = BOTTOM + TOP + rows * ROW + (rows - 1) * BETWEEN
+    width = (TWO_COLUMN - LEFT - RIGHT - ACROSS) / 2
+    with styled():
+        fig = new_figure(TWO_COLUMN, inches)
+        for k, panel in enumerate(panels):
+            row, column = divmod(k, 2)
+            left, low = LEFT + column * (width + ACROSS), BOTTOM + (rows - 1 - row) * (ROW + BETWEEN)
+            ax = fig.add_axes((left / TWO_COLUMN, low / inches, width / TWO_COLUMN, ROW / inches))
+            drawn = draw_window(panel.slice, ax, panel.shears, panel.heights)
+            angle = panel.slice.settings.angle_deg
+            ax.set_title(rf"({'abcdefghij'[k]})  $\psi_0={angle:.6g}^\circ$", loc="left", pad=4.0)
+            ax.locator_params(nbins=5)
+            label_events(drawn, ax)
+            label_states(drawn, ax)
+            if row == rows - 1 or k == len(panels) - 2:
+                ax.set_xlabel(SHEAR_LABEL)
+        fig.text(0.13 / TWO_COLUMN, (BOTTOM + (inches - BOTTOM - TOP) / 2) / inches, HEIGHT_LABEL, rotation=90,
+                 ha="center", va="center", fontsize=9.0)  # fmt: skip
+        draw_legend(fig, (1 - RIGHT / TWO_COLUMN, 1 - 0.02 / inches))
+        fig.draw_without_rendering()
+    return fig
