@@ -119,6 +119,7 @@ def test_records_of_another_version_are_left_out_and_damaged_ones_named(tmp_path
         (["--figure", "nothing"], "figure: expected one of "),
         (["--out", "/proc/rodatlas"], "out: expected a folder that can be written"),
         (["--json", "/"], "json: expected a file name or -, got the folder '/'"),
+        (["--workers", "0"], "workers: expected a whole number of at least 1, got '0'"),
         (["nothing"], "Got unexpected extra argument"),
     ],
 )

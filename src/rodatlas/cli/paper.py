@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import json
+import os
 import sys
 from collections.abc import Sequence
+from pathlib import Path
 from typing import Any
 
 from rich.console import Console
@@ -12,29 +14,19 @@ from rich.table import Table
 
 from rodatlas.cli.common import json_target, note, progress_bar, writable_folder
 from rodatlas.cli.tables import say_table
-from rodatlas.paper import ENTRIES, NOT_DRAWN, chosen
+from rodatlas.paper import ENTRIES, NOT_DRAWN, Entry, chosen
 
 
-def run(wanted: Sequence[str], out: str, json_to: str) -> None:
+def run(wanted: Sequence[str], out: str, workers: str, json_to: str) -> None:
     """The command; texts come as typed and are checked here."""
     entries = chosen(wanted)
     folder = writable_folder(out)
     json_file = json_target(json_to)
+    processes = _processes(workers)
     from rodatlas.atlas.slices.cache import write_text
-    from rodatlas.paper.output import draw_to, stored_records, to_json, write_tables
-    from rodatlas.paper.sources import Sources
+    from rodatlas.paper.output import stored_records, to_json
 
-    records = []
-    with progress_bar("figures of the paper") as report:
-        sources = Sources(folder, None, note)
-        for done, entry in enumerate(entries):
-            what = f"figure {entry.name}"
-            report(what, done, len(entries) - done - 1)
-            sources.report = lambda message, *_, what=what, done=done: report(
-                f"{what}: {message}", done, len(entries) - done - 1
-            )
-            records.append(draw_to(entry, sources, folder))
-            write_tables(folder)
+    records = _drawn(entries, folder, processes)
     console = Console(stderr=json_to == "-")
     _say(records, console)
     console.print(f"files: {folder}/fig-*.png, fig-*.pdf, paper.md, paper.json", highlight=False, soft_wrap=True)
@@ -43,6 +35,34 @@ def run(wanted: Sequence[str], out: str, json_to: str) -> None:
         sys.stdout.write(text)
     elif json_file is not None:
         write_text(json_file, text)
+
+
+def _processes(text: str) -> int:
+    if not text:
+        return os.cpu_count() or 1
+    if not text.isdecimal() or int(text) < 1:
+        raise ValueError(f"workers: expected a whole number of at least 1, got '{text}'")
+    return int(text)
+
+
+def _drawn(entries: Sequence[Entry], folder: Path, workers: int) -> list[dict[str, Any]]:
+    """Draw figures one after the other; the records of all. What is finished stays."""
+    from rodatlas.paper.output import draw_to, write_tables
+    from rodatlas.paper.sources import Sources, slice_settings
+
+    records = []
+    with progress_bar("figures of the paper") as report:
+        sources = Sources(folder, workers, report, note)
+        sources.prepare(slice_settings(angle, high) for entry in entries for angle, high in entry.needs)
+        for done, entry in enumerate(entries):
+            what, left = f"figure {entry.name}", len(entries) - done - 1
+            report(what, done, left)
+            sources.report = lambda message, *_, what=what, done=done, left=left: report(
+                f"{what}: {message}", done, left
+            )
+            records.append(draw_to(entry, sources, folder))
+            write_tables(folder)
+    return records
 
 
 def show_list() -> None:

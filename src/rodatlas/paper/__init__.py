@@ -32,6 +32,7 @@ class Entry:
     module : of this package, that has `draw`. options : further arguments of it.
     of_paper : the paper's number(s) of the figure, '' for one that the paper does not have.
     description : one line.
+    needs : clamp angles in degrees, and largest shears or None, of the slices that it is drawn from.
     """
 
     name: str
@@ -39,6 +40,7 @@ class Entry:
     of_paper: str
     description: str
     options: Mapping[str, Any] = field(default_factory=dict)
+    needs: tuple[tuple[float, float | None], ...] = ()
 
     def draw(self, sources: Sources) -> Drawn:
         """Draw it from results that the folder has, or that are computed now."""
@@ -47,10 +49,14 @@ class Entry:
 
 def _slice(angle_deg: float, of_paper: str, description: str, shear_max: float | None = None) -> Entry:
     options = {"angle_deg": angle_deg, "shear_max": shear_max}
-    return Entry(f"slice-{angle_deg:g}", "slices", of_paper, description, options)
+    return Entry(f"slice-{angle_deg:g}", "slices", of_paper, description, options, ((angle_deg, shear_max),))
 
+
+_LOCI = ((15.0, None), (55.0, None), (60.0, None))  # slices from which the loci are followed
 
 ENTRIES = (
+    Entry("states", "states", "2", "the band in all 13 states at 15 deg, and in S at 0 deg",
+          needs=((15.0, None), (0.0, None))),
     _slice(0.0, "3", "0 deg: U and W mirror images, S on the axis, third mode, twisted loops"),
     _slice(5.0, "5", "5 deg: the mirror symmetry is broken; folds 5, 6 and 7 appear"),
     _slice(15.0, "7", "15 deg: the slice with all named states but S"),
@@ -64,14 +70,20 @@ ENTRIES = (
         "close-ups-28", "close_ups", "9", "27.5 to 28.5 deg: w meets U; folds 7 and 18, then pitchforks 4 and 9 vanish",
         {"meetings": (("extremum", ("13", "18")), ("cusp", ("7", "18")), ("extremum", ("4", "9"))),
          "numbers": (4, 7, 9, 18), "beyond": 0.5},
+        _LOCI,
     ),
     Entry(
         "close-ups-44", "close_ups", "14", "around 44.2 deg: fold 14 passes pitchfork 10, then 8 and 10 vanish",
         {"meetings": (("coalescence", ("10", "14")), ("criticality", ("10",)), ("extremum", ("8", "10"))),
          "numbers": (8, 10, 14)},
+        _LOCI,
     ),
-    Entry("profiles", "profiles", "11", "the five stable states at 30 deg, dD = 0.625: force, strains, energy"),
-    Entry("phase", "phase", "18", "loci of bifurcations 0 to 18 in the plane of clamp angle and shear"),
+    Entry("profiles", "profiles", "11", "the five stable states at 30 deg, dD = 0.625: force, strains, energy",
+          needs=((30.0, None),)),
+    Entry("snap", "snap", "17", "energy before and after the jump from US+ at fold 17, 60 deg", needs=((60.0, None),)),
+    Entry("phase", "phase", "18", "loci of bifurcations 0 to 18 in the plane of clamp angle and shear", needs=_LOCI),
+    Entry("poisson", "poisson", "25", "shear of the bifurcations at 15 deg against Poisson's ratio",
+          needs=((15.0, None),)),
 )  # fmt: skip
 
 NOT_DRAWN = {
@@ -79,10 +91,7 @@ NOT_DRAWN = {
     "19, 22": "wide bands: needs the Audoly-Neukirch or Wunderlich model",
     "20, 21": "slices of wide bands: needs the Audoly-Neukirch or Wunderlich model",
     "1, 24": "sketches of the set-up and of the frames",
-    "2": "all states side by side: the slices have renderings of them",
-    "17": "the jump at fold 17",
     "23": "paper models of limiting states: not computed",
-    "25": "bifurcations against Poisson's ratio",
     "26": "the square section: needs the anisotropic rod with kappa2",
     "27": "profiles at 45 degrees; Wunderlich strips need a model of their own",
 }

@@ -23,11 +23,14 @@ class Sources:
     Parameters
     ----------
     folder : where the data files lie, named as those of `rodatlas slice` and `rodatlas loci`.
+    workers : processes that compute slices.
     report : called as the work goes on. say : told in one line what happens to files.
     """
 
-    def __init__(self, folder: Path, report: Report | None = None, say: Callable[[str], None] | None = None):
-        self.folder, self.report, self._say = folder, report or _silent, say
+    def __init__(
+        self, folder: Path, workers: int = 1, report: Report | None = None, say: Callable[[str], None] | None = None
+    ):
+        self.folder, self.workers, self.report, self._say = folder, workers, report or _silent, say
         self._slices: dict[SliceSettings, Slice] = {}
         self._loci: Loci | None = None
 
@@ -37,17 +40,27 @@ class Sources:
     def slice_at(self, angle_deg: float, shear_max: float | None = None) -> Slice:
         """The slice at a clamp angle, up to 0.82 in shear or further."""
         settings = slice_settings(angle_deg, shear_max)
-        if settings not in self._slices:
-            from rodatlas.atlas.slices.obtain import obtain_slice
-
-            where = self._folder_of(settings)
-            where.mkdir(parents=True, exist_ok=True)
-            self._slices[settings] = obtain_slice(settings, where, self.report, say=self._say)
+        self.prepare([settings])
         return self._slices[settings]
 
     def slices_at(self, angles_deg: Iterable[float]) -> list[Slice]:
-        """Slices at several clamp angles."""
-        return [self.slice_at(angle) for angle in angles_deg]
+        """Slices at several clamp angles, those that are missing computed by several processes."""
+        settings = [slice_settings(angle) for angle in angles_deg]
+        self.prepare(settings)
+        return [self._slices[s] for s in settings]
+
+    def prepare(self, settings: Iterable[SliceSettings]) -> None:
+        """Read or compute slices."""
+        folders: dict[Path, list[SliceSettings]] = {}
+        for one in dict.fromkeys(settings):
+            if one not in self._slices:
+                folders.setdefault(self._folder_of(one), []).append(one)
+        for where, missing in folders.items():
+            from rodatlas.atlas.study import obtain_slices
+
+            where.mkdir(parents=True, exist_ok=True)
+            found = obtain_slices(missing, where, self.workers, self.report, say=self._say)
+            self._slices |= dict(zip(missing, found, strict=True))
 
     def loci(self) -> Loci:
         """The loci of bifurcations 0 to 18."""

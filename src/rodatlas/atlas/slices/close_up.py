@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 
 from rodatlas.atlas.slices.follow import Followed, trace_options
-from rodatlas.atlas.slices.match import FREE, crossings, lies_on, same_state
+from rodatlas.atlas.slices.match import FREE, crossings, same_state
 from rodatlas.atlas.slices.result import Event, Slice, SliceBranch, State, StateEnd
 from rodatlas.atlas.slices.segments import stable_segments
 from rodatlas.continuation import NotConverged, Solution, StepControl, trace
@@ -17,7 +17,8 @@ from rodatlas.rods.symmetry import is_symmetric
 Window = tuple[tuple[float, float], tuple[float, float]]
 """Least and largest shear, least and largest height."""
 
-PARTS = (0.1, 0.3, 0.5, 0.7, 0.9)  # of the window, where branches are picked up
+PARTS = (0.03, 0.1, 0.2, 0.35, 0.5, 0.65, 0.8, 0.9, 0.97)  # of the window's width, where branches are picked up
+SAME = 2e-3  # of the window: a solution that is this near to a branch of the same symmetry lies on it
 FINE = StepControl(initial=0.002, maximum=1.0, target=2e-6)  # a tenth of the usual steps
 
 
@@ -39,7 +40,7 @@ def close_up(slice_: Slice, window: Window) -> Slice:
     warnings: list[str] = []
     for b in slice_.branches:
         for k, start in enumerate(_starts(b, window, slice_)):
-            if any(lies_on(f.followed.branch, start, slice_.settings) for f in branches):
+            if any(_on(f.followed, start, window) for f in branches):
                 continue
             ident = f"{b.id}:{k + 1}"
             try:
@@ -54,13 +55,31 @@ def close_up(slice_: Slice, window: Window) -> Slice:
 
 
 def _starts(b: SliceBranch, window: Window, slice_: Slice) -> list[Solution]:
-    """Solutions of a branch inside the window: computed ones, its folds, and where it crosses some shears."""
+    """Solutions of a branch inside the window: computed ones, and where it crosses some shears."""
     (low, high), (bottom, top) = window
     shears = [low + part * (high - low) for part in PARTS]
-    found = crossings(b.followed.branch, shears, slice_.settings, most=99)
-    found += [e.special.solution for e in b.events if e.kind == "fold"]
-    found += [p.solution for p in b.followed.branch.points[1:-1]]  # the first and the last may be branch points
+    found = [p.solution for p in b.followed.branch.points[1:-1]]  # the first and the last may be branch points
+    found += crossings(b.followed.branch, shears, slice_.settings, most=99)
     return [s for s in found if low < s["dD"] < high and bottom < s["height"] < top]
+
+
+def _on(followed: Followed, solution: Solution, window: Window) -> bool:
+    """Whether a solution lies on a branch, by its distance from the polygon of shear, height and energy.
+
+    Newton at fixed shear would not tell near a fold.
+    """
+    if followed.symmetric != is_symmetric(solution):
+        return False
+    values = np.array([_place(p.solution) for p in followed.branch.points])
+    scale = np.array([window[0][1] - window[0][0], window[1][1] - window[1][0], max(np.ptp(values[:, 2]), 1e-3)])
+    corners, point = values / scale, np.array(_place(solution)) / scale
+    sides, to_point = np.diff(corners, axis=0), point - corners[:-1]
+    along = np.clip(np.sum(to_point * sides, axis=1) / np.maximum(np.sum(sides**2, axis=1), 1e-30), 0.0, 1.0)
+    return bool(np.min(np.linalg.norm(to_point - along[:, None] * sides, axis=1)) < SAME)
+
+
+def _place(solution: Solution) -> tuple[float, float, float]:
+    return solution["dD"], solution["height"], solution["energy"]
 
 
 def _events(followed: Followed, slice_: Slice) -> tuple[Event, ...]:

@@ -1,0 +1,55 @@
+"""Where a band goes that is let go: descent of the energy with the ends held, to the stable state it ends in."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from rodatlas.continuation import MeshControl, NotConverged, Solution, TraceOptions, solve
+from rodatlas.rods.ends import Ends
+from rodatlas.rods.perfectly_anisotropic import rod_problem
+from rodatlas.states.shooting import as_guess
+from rodatlas.states.starts import clamps
+
+NODES = 64  # intervals of the guess for Newton's method
+PIECES = 1024  # of constant strain: where forces are large, few would shift a fold by more than 0.01 in shear
+STEPS = 20000  # of the descent at most
+TOLERANCE = 1e-8  # the descent ends when the projected gradient and the gap at the clamp are smaller
+SETTLED = 1e-3  # projected gradient [GJ/L^1.5] at which Newton takes over
+NEAR = 2e-3  # relative difference of energy between the pieces and the solution that Newton's method may make
+
+
+def descend(shape: Solution, shear: float | None = None, tolerance: float = 1e-8) -> Solution | None:
+    """The equilibrium at which the steepest descent of the energy ends, starting from a shape.
+
+    The strains of the shape are relaxed with the ends held (see `rodatlas.states._relaxation_kernel`): the path of an
+    overdamped band, in the metric of the energy. Only a stable state is an end of such a path. It is then solved by
+    Newton's method.
+
+    Parameters
+    ----------
+    shape : any shape of a rod, of class +; need not be an equilibrium.
+    shear : dD at which the ends are held, if other than that of the shape.
+    tolerance : of the solution.
+
+    Returns
+    -------
+    the equilibrium, or None when the descent has not settled or Newton's method leaves its end.
+    """
+    from rodatlas.states._relaxation_kernel import relax_batch
+
+    a, held = shape["a"], shape["dD"] if shear is None else shear
+    ends = Ends(float(np.degrees(shape["psi0"])), shape["dL"], held)
+    middles = (np.arange(PIECES) + 0.5) / PIECES
+    strain = np.ascontiguousarray(np.stack([shape(middles, "k1"), shape(middles, "tau")], axis=-1))[None]
+    left, right = clamps(ends)
+    poses, constants = np.empty((1, NODES + 1, 7)), np.empty((1, 6))
+    gradient = relax_batch(strain, left, right[None], 1.0 / a, np.array([STEPS]), TOLERANCE, poses, constants)[0]
+    if not gradient < SETTLED:
+        return None
+    energy = 0.5 * float(np.mean(a * strain[0, :, 0] ** 2 + strain[0, :, 1] ** 2))
+    try:
+        guess = as_guess(poses[0], constants[0], a, ends)
+        found = solve(rod_problem(), guess, ("dD",), TraceOptions(mesh=MeshControl(tolerance=tolerance)))
+    except NotConverged:
+        return None
+    return found if abs(found["energy"] - energy) < NEAR * (1.0 + energy) else None
