@@ -2,7 +2,7 @@
 
 import pytest
 
-from rodatlas.atlas import SliceSettings, compute_slice
+from rodatlas.atlas import LociSettings, SliceSettings, compute_loci, compute_slice
 
 
 @pytest.fixture(scope="session")
@@ -13,3 +13,10 @@ def slice_15():
 @pytest.fixture(scope="session")
 def slice_30():
     return compute_slice(SliceSettings(30.0))
+
+
+@pytest.fixture(scope="session")
+def loci(slice_15):
+    """The loci that the slice at 15 degrees leads to: all but 16 and 17, which need slices of their own."""
+    numbers = [n for n in range(3, 19) if n not in (16, 17)]
+    return compute_loci(LociSettings(), lambda angle: slice_15, numbers)

@@ -52,7 +52,7 @@ def _drawn(entries: Sequence[Entry], folder: Path, workers: int) -> list[dict[st
 
     records = []
     with progress_bar("figures of the paper") as report:
-        sources = Sources(folder, workers, report, note)
+        sources = Sources(folder, workers, lambda message, done, left: report(f"slices: {message}", done, left), note)
         sources.prepare(slice_settings(angle, high) for entry in entries for angle, high in entry.needs)
         for done, entry in enumerate(entries):
             what, left = f"figure {entry.name}", len(entries) - done - 1

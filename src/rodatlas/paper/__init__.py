@@ -55,6 +55,7 @@ def _slice(angle_deg: float, of_paper: str, description: str, shear_max: float |
 _LOCI = ((15.0, None), (55.0, None), (60.0, None))  # slices from which the loci are followed
 
 ENTRIES = (
+    Entry("setup", "setup", "1", "the set-up, with a U-like and an S-like band", needs=((30.0, None),)),
     Entry("states", "states", "2", "the band in all 13 states at 15 deg, and in S at 0 deg",
           needs=((15.0, None), (0.0, None))),
     _slice(0.0, "3", "0 deg: U and W mirror images, S on the axis, third mode, twisted loops"),
@@ -84,16 +85,18 @@ ENTRIES = (
     Entry("phase", "phase", "18", "loci of bifurcations 0 to 18 in the plane of clamp angle and shear", needs=_LOCI),
     Entry("poisson", "poisson", "25", "shear of the bifurcations at 15 deg against Poisson's ratio",
           needs=((15.0, None),)),
+    Entry("sheared", "sheared", "27 (rod)", "45 deg at four shears: the rod's shapes, curvature and twist"),
+    Entry("critical-mode", "critical_mode", "", "how W is lost near 77 deg: the mode out of its plane", needs=_LOCI),
 )  # fmt: skip
 
 NOT_DRAWN = {
     "4, 6": "the slices at 0 and 5 deg with measured ranges: the paper prints no table of them",
     "19, 22": "wide bands: needs the Audoly-Neukirch or Wunderlich model",
     "20, 21": "slices of wide bands: needs the Audoly-Neukirch or Wunderlich model",
-    "1, 24": "sketches of the set-up and of the frames",
+    "24": "a sketch of Euler angles and frames; the directors are in `setup`",
     "23": "paper models of limiting states: not computed",
     "26": "the square section: needs the anisotropic rod with kappa2",
-    "27": "profiles at 45 degrees; Wunderlich strips need a model of their own",
+    "27 (strips)": "needs the Wunderlich model; the rod is in `sheared`",
 }
 
 

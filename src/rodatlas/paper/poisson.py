@@ -63,7 +63,8 @@ def _followed(event: Event, found: Slice) -> Curve:
     from rodatlas.rods import bending_ratio, rod_problem
 
     settings = found.settings
-    bounds = {"a": (bending_ratio(RATIOS[0]), bending_ratio(RATIOS[1])), "dD": (-settings.shear_max, settings.shear_max)}
+    stiffness = (bending_ratio(RATIOS[0]), bending_ratio(RATIOS[1]))
+    bounds = {"a": stiffness, "dD": (-settings.shear_max, settings.shear_max)}
     options = TraceOptions(mesh=MeshControl(tolerance=settings.tolerance), bounds=bounds)
     locus = follow_locus(rod_problem(), event.special, ("dD", "a"), options)
     ratios = np.array([2.0 * p.solution["a"] - 1.0 for p in locus.points])
@@ -76,7 +77,7 @@ def _followed(event: Event, found: Slice) -> Curve:
 def numbers_of(curves: list[Curve]) -> tuple[Number, ...]:
     """Shear of each bifurcation at both ends of the range."""
     return tuple(
-        Number(f"shear of {c.kind} {c.number} at nu = {c.ratios[end]:.2g}", float(c.shears[end]), "L")
+        Number(f"shear of {c.kind} {c.number} at nu = {abs(round(c.ratios[end], 6)):g}", float(c.shears[end]), "L")
         for c in curves
         for end in (0, -1)
     )

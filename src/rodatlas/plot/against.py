@@ -64,7 +64,8 @@ def draw_curves_against(
                                                    "shrinkA": 0.5, "shrinkB": 0.5, "relpos": (0.0, 0.4)},
             )  # fmt: skip
         ax.set_title(setting, loc="left", pad=5.0)
-        handles = [Line2D([], [], **LINES[kind], label=kind) for kind in dict.fromkeys(k for k, _, _ in curves.values())]
+        kinds = dict.fromkeys(kind for kind, _, _ in curves.values())
+        handles = [Line2D([], [], **LINES[kind], label=kind) for kind in kinds]
         ax.legend(handles=handles, loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=3, borderaxespad=0.1,
                   handlelength=2.6, borderpad=0.3)  # fmt: skip
         fig.draw_without_rendering()

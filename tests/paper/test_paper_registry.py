@@ -23,7 +23,7 @@ def run(capsys, *arguments):
 
 def test_every_figure_of_the_paper_is_drawn_or_said_to_be_missing():
     listed = [e.of_paper for e in ENTRIES] + list(NOT_DRAWN)
-    numbers = [int(n) for text in listed for n in text.replace(" (rod)", "").split(", ") if n]
+    numbers = [int(n.split(" ")[0]) for text in listed for n in text.split(", ") if n]
     assert set(numbers) == PAPER_FIGURES
     assert all(NOT_DRAWN.values())
 
