@@ -21,6 +21,7 @@ Meeting = tuple[str, tuple[str, ...]]
 
 MARGIN = 0.3  # of the extent of the events, around the window
 SAME = 1e-3  # a locus passes through a bifurcation that is this near: where loci meet, splines lose some accuracy
+ONE = 1e-6  # events this near are one, listed by several branches
 
 
 def draw(sources: Sources, meetings: Sequence[Meeting], numbers: Sequence[int], beyond: float = 1.0) -> Drawn:
@@ -57,7 +58,7 @@ def numbered(slice_: Slice, loci: Loci) -> Slice:
     angle = slice_.settings.angle_deg
     events = [e for b in slice_.branches for e in b.events]
     taken = {e.number for e in events}
-    given: dict[tuple[float, float], int] = {}
+    given: list[tuple[tuple[float, float], int]] = []
     for piece in loci.pieces:
         low, high = piece.angles_deg
         if piece.number is None or piece.number in taken or not low <= angle <= high:
@@ -66,11 +67,13 @@ def numbered(slice_: Slice, loci: Loci) -> Slice:
         alike = [e for e in events if e.number is None and (e.kind == "fold") == (piece.kind == "fold")]
         nearest = min(alike, key=lambda e: _distance(e, place), default=None)
         if nearest is not None and _distance(nearest, place) < SAME:
-            given[nearest.shear, nearest.height] = piece.number
-    branches = [
-        replace(b, events=tuple(replace(e, number=given.get((e.shear, e.height), e.number)) for e in b.events))
-        for b in slice_.branches
-    ]
+            given.append(((nearest.shear, nearest.height), piece.number))
+
+    def named(event: Event) -> Event:
+        found = [number for place, number in given if _distance(event, place) < ONE]
+        return replace(event, number=found[0]) if found and event.number is None else event
+
+    branches = [replace(b, events=tuple(named(e) for e in b.events)) for b in slice_.branches]
     return replace(slice_, branches=tuple(branches))
 
 

@@ -97,6 +97,8 @@ def _arrow(ax: Axes, tail: np.ndarray, tip: np.ndarray, style: str, **look: Any)
 
 def _draw_angle(ax: Axes, solution: Solution, view: View, end: int) -> None:
     """The clamp angle between the direction of x and the tangent, in the plane of x and y."""
+    from matplotlib.patheffects import withStroke
+
     angle = solution["psi0"] if end == 0 else -solution["psi0"]
     outward = 1.0 if end == 0 else -1.0
     place = np.array([0.0, 0.0, -solution["dD"]]) if end == 0 else np.array([1.0 - solution["dL"], 0.0, 0.0])
@@ -105,7 +107,8 @@ def _draw_angle(ax: Axes, solution: Solution, view: View, end: int) -> None:
     _line(ax, view, [place, place + outward * BASE * np.array([np.cos(angle), np.sin(angle), 0.0])])
     _line(ax, view, [place + outward * RADIUS * np.array([np.cos(t), np.sin(t), 0.0]) for t in turns])
     middle = view.project(place + outward * 1.5 * RADIUS * np.array([np.cos(angle / 2), np.sin(angle / 2), 0.0]))[:2]
-    ax.text(middle[0], middle[1], r"$\psi_0$", ha="center", va="center", fontsize=9.0, zorder=9)
+    halo = [withStroke(linewidth=2.5, foreground="white")]
+    ax.text(middle[0], middle[1], r"$\psi_0$", ha="center", va="center", fontsize=9.0, zorder=9, path_effects=halo)
 
 
 def _draw_directors(ax: Axes, solution: Solution, view: View, at: float) -> None:
