@@ -7,6 +7,7 @@ import time
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 
+from rodatlas.atlas.loci.cache import LocusCache
 from rodatlas.atlas.loci.numbering import ENDS, Stretch, lies_on, numbered, pieces, stretches
 from rodatlas.atlas.loci.result import Loci, LociSettings
 from rodatlas.atlas.slices.follow import Progress
@@ -38,7 +39,7 @@ def check_numbers(numbers: Sequence[int]) -> None:
 
 def compute_loci(
     settings: LociSettings, slice_of: Callable[[float], Slice], numbers: Sequence[int] = (),
-    progress: Progress | None = None,
+    progress: Progress | None = None, cache: LocusCache | None = None,
 ) -> Loci:  # fmt: skip
     """Follow the numbered bifurcations of the slice at 15 degrees, and what meets them, in angle and shear.
 
@@ -48,8 +49,10 @@ def compute_loci(
     numbers : loci that are wanted, all known ones when empty. Those of the slice at 15 degrees are followed in any
         case, to tell what meets at their special points; 16 and 17 need slices of their own.
     progress : called as the work goes on.
+    cache : asked for every locus before it is followed, and given it afterwards.
     """
     check_numbers(numbers)
+    cache = LocusCache() if cache is None else cache
     start = time.perf_counter()
     options = trace_options(settings)
     curves: list[Locus] = []
@@ -61,8 +64,8 @@ def compute_loci(
         for event in _anchors(slice_of(angle), wanted, angle):
             if progress is not None:
                 progress(f"locus {event.number}", len(curves), 0)
-            parts = _with_curve(event, parts, curves, warnings, options)
-        parts = _born_folds(numbered(parts), curves, options)
+            parts = _with_curve(event, parts, curves, warnings, options, cache)
+        parts = _born_folds(numbered(parts), curves, options, cache)
     missing = sorted(set(numbers) - {p.number for p in parts})
     warnings += [f"locus {number}: not found from the slices up to {settings.angle_max:g} deg" for number in missing]
     seconds = time.perf_counter() - start
@@ -93,17 +96,21 @@ def _anchors(found: Slice, wanted: set[int], angle: float) -> list[Event]:
 
 
 def _with_curve(
-    event: Event, parts: list[Stretch], curves: list[Locus], warnings: list[str], options: TraceOptions
-) -> list[Stretch]:
+    event: Event, parts: list[Stretch], curves: list[Locus], warnings: list[str], options: TraceOptions,
+    cache: LocusCache,
+) -> list[Stretch]:  # fmt: skip
     """The stretches with that of one more bifurcation, followed unless it lies on a known curve."""
     solution = event.special.solution
     place = next((i for i, p in enumerate(parts) if lies_on(p, event.special.kind, solution)), None)
     if place is None:
-        try:
-            curve = follow_locus(rod_problem(), event.special, PLANE, options)
-        except NotConverged as error:
-            warnings.append(f"locus {event.number}: {error}")
-            return parts
+        curve = cache.get(f"locus-{event.number}")
+        if curve is None:
+            try:
+                curve = follow_locus(rod_problem(), event.special, PLANE, options)
+            except NotConverged as error:
+                warnings.append(f"locus {event.number}: {error}")
+                return parts
+            cache.put(f"locus-{event.number}", curve)
         curves.append(curve)
         first = len(parts)
         parts = [*parts, *stretches(curve, len(curves) - 1)]
@@ -120,7 +127,9 @@ def _distance(part: Stretch, event: Event) -> float:
     return math.inf if here is None else math.hypot(here[0] - event.shear, here[1] - event.height)
 
 
-def _born_folds(parts: list[Stretch], curves: list[Locus], options: TraceOptions) -> list[Stretch]:
+def _born_folds(
+    parts: list[Stretch], curves: list[Locus], options: TraceOptions, cache: LocusCache
+) -> list[Stretch]:
     """The folds that are born where numbered pitchforks turn subcritical, unless they are known."""
     out = list(parts)
     for part in parts:
@@ -128,9 +137,12 @@ def _born_folds(parts: list[Stretch], curves: list[Locus], options: TraceOptions
         born = [e for e in part.events if e.kind == "criticality"]
         if number is None or not born or any(p.number == number for p in out):
             continue
-        curve = fold_locus_at(rod_problem(), curves[part.curve], born[0], options)
+        curve = cache.get(f"born-{number}")
         if curve is None:
-            continue
+            curve = fold_locus_at(rod_problem(), curves[part.curve], born[0], options)
+            if curve is None:
+                continue
+            cache.put(f"born-{number}", curve)
         curves.append(curve)
         found = stretches(curve, len(curves) - 1)
         end = 0 if curve.ends[0].name == "CRITICALITY" else -1

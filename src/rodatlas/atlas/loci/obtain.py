@@ -2,15 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
 
+from rodatlas.atlas.loci.cache import LocusFolder
 from rodatlas.atlas.loci.compute import KNOWN, compute_loci
 from rodatlas.atlas.loci.result import Loci, LociSettings
 from rodatlas.atlas.loci.store import stored_loci
+from rodatlas.atlas.slices.cache import remove_partials
 from rodatlas.atlas.slices.follow import Progress
 from rodatlas.atlas.slices.obtain import Say, obtain_slice, stem_of
 from rodatlas.atlas.slices.result import Slice
+from rodatlas.atlas.slices.settings import SliceSettings
 
 
 def loci_stem_of(settings: LociSettings) -> str:
@@ -21,23 +24,35 @@ def loci_stem_of(settings: LociSettings) -> str:
 
 def obtain_loci(
     settings: LociSettings, folder: Path, numbers: Sequence[int] = (), progress: Progress | None = None, *,
-    fresh: bool = False, say: Say | None = None,
+    fresh: bool = False, say: Say | None = None, stem: str | None = None,
+    slice_stem: Callable[[SliceSettings], str] = stem_of,
 ) -> Loci:  # fmt: skip
     """The loci from their data file in a folder, or computed from slices and written there; the slices too.
 
+    Loci that an interrupted run has finished are used; they lie in a folder beside the file until it is complete.
     Parameters as those of :func:`rodatlas.atlas.compute_loci` and of
-    :func:`rodatlas.atlas.slices.obtain.obtain_slice`.
+    :func:`rodatlas.atlas.slices.obtain.obtain_slice`; `slice_stem` names the files of the slices.
     """
-    data = folder / f"{loci_stem_of(settings)}.h5"
+    say = say or (lambda line: None)
+    data = folder / f"{stem or loci_stem_of(settings)}.h5"
     known = None if fresh else stored_loci(data, settings, tuple(numbers) or KNOWN)
     if known is not None:
-        if say is not None:
-            say(f"read from {data} (--fresh computes everything again)")
+        say(f"read from {data} (--fresh computes everything again)")
         return known
 
     def slice_of(angle: float) -> Slice:
-        return obtain_slice(settings.slice_at(angle), folder, progress, fresh=fresh, say=say)
+        wanted = settings.slice_at(angle)
+        return obtain_slice(wanted, folder, progress, fresh=fresh, say=say, stem=slice_stem(wanted))
 
-    found = compute_loci(settings, slice_of, tuple(numbers) or KNOWN, progress)
+    remove_partials(folder, name=data.name)
+    cache = LocusFolder(folder / data.stem, settings, fresh)
+    if len(cache):
+        say(f"resuming: {len(cache)} finished loci in {cache.folder}")
+    try:
+        found = compute_loci(settings, slice_of, tuple(numbers) or KNOWN, progress, cache)
+    except KeyboardInterrupt:
+        say(f"interrupted: {len(cache)} finished loci are kept in {cache.folder}; the same command resumes")
+        raise
     found.save(data)
+    cache.clear()
     return found

@@ -1,15 +1,35 @@
-"""Finished branches of a computation that is under way, so that an interrupted run resumes."""
+"""Finished curves of a computation that is under way, so that an interrupted run resumes."""
 
 from __future__ import annotations
 
 import json
 import os
+import time
 from pathlib import Path
+from typing import Generic, Protocol, TypeVar
 
-from rodatlas.atlas.slices.settings import SliceSettings
 from rodatlas.continuation import Branch
 
 SETTINGS = "settings.json"
+
+
+class Curve(Protocol):
+    """A branch or a locus."""
+
+    def save(self, path: Path) -> None:
+        """Write it to a file of its own."""
+        ...
+
+
+class Identified(Protocol):
+    """Settings that say what decides the numbers."""
+
+    def identity(self) -> dict[str, object]:
+        """The fields as plain values, and the version of the program."""
+        ...
+
+
+AnyCurve = TypeVar("AnyCurve", bound=Curve)
 
 
 class BranchCache:
@@ -23,13 +43,15 @@ class BranchCache:
         """Keep a finished branch."""
 
 
-class FolderCache(BranchCache):
-    """Branches of one slice in `folder`, one HDF5 file each; files of other settings or another version are removed.
+class CurveFolder(Generic[AnyCurve]):
+    """Curves of one result in `folder`, one HDF5 file each; files of other settings or another version are removed.
+
+    What a kill has left half written is removed too.
 
     Parameters
     ----------
     folder : made when missing.
-    settings : everything that decides the numbers; written to `settings.json` beside the branches.
+    settings : everything that decides the numbers; written to `settings.json` beside the curves.
     fresh : remove what is there in any case.
 
     Raises
@@ -38,13 +60,14 @@ class FolderCache(BranchCache):
         when the folder cannot be written.
     """
 
-    def __init__(self, folder: Path, settings: SliceSettings, fresh: bool = False):
+    def __init__(self, folder: Path, settings: Identified, fresh: bool = False):
         self.folder = folder
         wanted = settings.identity()
         try:
             folder.mkdir(parents=True, exist_ok=True)
+            remove_partials(folder)
             if fresh or self._read_settings() != wanted:
-                self._remove_branches()
+                self._remove_curves()
                 write_text(folder / SETTINGS, json.dumps(wanted, indent=1) + "\n")
         except OSError as error:
             raise ValueError(f"out: expected a folder that can be written, got {folder} ({error.strerror})") from None
@@ -53,29 +76,40 @@ class FolderCache(BranchCache):
         return len(list(self.folder.glob("*.h5")))
 
     def __repr__(self) -> str:
-        return f"FolderCache({len(self)} branches in {self.folder})"
+        return f"{type(self).__name__}({len(self)} finished in {self.folder})"
 
-    def get(self, key: str) -> Branch | None:
+    def get(self, key: str) -> AnyCurve | None:
+        """The curve that was put under a name, if any.
+
+        Raises
+        ------
+        ValueError
+            when its file is damaged.
+        """
         path = self._path(key)
         try:
-            return Branch.load(path) if path.exists() else None
+            return self._load(path) if path.exists() else None
         except ValueError as error:
             raise ValueError(f"{error}; --fresh computes everything again") from None
 
-    def put(self, key: str, branch: Branch) -> None:
-        branch.save(self._path(key))
+    def put(self, key: str, curve: AnyCurve) -> None:
+        """Keep a finished curve."""
+        curve.save(self._path(key))
 
     def clear(self) -> None:
-        """Remove the branches, the settings, and the folder if nothing else is in it."""
-        self._remove_branches()
+        """Remove the curves, the settings, and the folder if nothing else is in it."""
+        self._remove_curves()
         (self.folder / SETTINGS).unlink(missing_ok=True)
         if not any(self.folder.iterdir()):
             self.folder.rmdir()
 
+    def _load(self, path: Path) -> AnyCurve:
+        raise NotImplementedError
+
     def _path(self, key: str) -> Path:
         return self.folder / f"{key}.h5"
 
-    def _remove_branches(self) -> None:
+    def _remove_curves(self) -> None:
         for old in self.folder.glob("*.h5"):
             old.unlink()
 
@@ -84,6 +118,13 @@ class FolderCache(BranchCache):
             return json.loads((self.folder / SETTINGS).read_text())
         except (OSError, ValueError):
             return None
+
+
+class FolderCache(CurveFolder[Branch], BranchCache):
+    """Branches of one slice in a folder."""
+
+    def _load(self, path: Path) -> Branch:
+        return Branch.load(path)
 
 
 class PrefixedCache(BranchCache):
@@ -104,3 +145,20 @@ def write_text(path: Path, text: str) -> None:
     partial = path.with_name(f".{path.name}.partial")
     partial.write_text(text)
     os.replace(partial, path)
+
+
+def remove_partials(folder: Path, older_than: float = 0.0, name: str = "*") -> None:
+    """Remove what a kill has left of files that were being written.
+
+    Parameters
+    ----------
+    older_than : seconds without a change, where other processes may still be writing.
+    name : of the files, all when left out.
+    """
+    limit = time.time() - older_than
+    for path in folder.glob(f".{name}.*partial"):
+        try:
+            if path.stat().st_mtime <= limit:
+                path.unlink()
+        except FileNotFoundError:
+            continue  # renamed or removed meanwhile

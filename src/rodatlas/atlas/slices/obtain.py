@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from pathlib import Path
 
-from rodatlas.atlas.slices.cache import FolderCache
+from rodatlas.atlas.slices.cache import FolderCache, remove_partials
 from rodatlas.atlas.slices.compute import compute_slice
 from rodatlas.atlas.slices.follow import Progress
 from rodatlas.atlas.slices.result import Slice
@@ -44,6 +44,7 @@ def obtain_slice(
     if known is not None:
         say(f"read from {data} (--fresh computes everything again)")
         return known
+    remove_partials(folder, name=data.name)
     cache = FolderCache(folder / data.stem, settings, fresh)
     if len(cache):
         say(f"resuming: {len(cache)} finished branches in {cache.folder}")

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 import os
-import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -56,28 +55,8 @@ def _lock(descriptor: int) -> None:
         fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
 
 
-def remove_partials(folder: Path, older_than: float = 0.0) -> None:
-    """Remove what a kill left of files that were being written.
-
-    Parameters
-    ----------
-    older_than : seconds without a change, where workers of another coordinator may still be writing.
-    """
-    limit = time.time() - older_than
-    for path in folder.glob(".*.partial"):
-        try:
-            if path.stat().st_mtime <= limit:
-                path.unlink()
-        except FileNotFoundError:
-            continue  # renamed or removed meanwhile
-
-
 def drop_damaged(folder: Path, say: Callable[[str], None]) -> None:
-    """Remove unreadable branches of an unfinished slice, so that they are computed again; say which.
-
-    Leftovers of a kill go without a word.
-    """
-    remove_partials(folder)
+    """Remove unreadable curves of an unfinished result, so that they are computed again; say which."""
     for path in sorted(folder.glob("*.h5")):
         error = read_everything(path)
         if error:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, fields
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -14,7 +14,7 @@ from rodatlas.atlas.study.kinds import KINDS
 if TYPE_CHECKING:
     import h5py
 
-OTHERS = {"rodatlas/solution": "solution", "rodatlas/branch": "branch"}
+OTHERS = {"rodatlas/solution": "solution", "rodatlas/branch": "branch", "rodatlas/locus": "locus"}
 
 
 @dataclass(frozen=True)
@@ -87,13 +87,15 @@ def _points(file: h5py.File) -> str:
 
 
 def inspect_work(folder: Path) -> Entry | None:
-    """The unfinished slice whose branches lie in a folder; None of any other folder."""
+    """The unfinished result whose curves lie in a folder; None of any other folder."""
     try:
         settings = json.loads((folder / SETTINGS).read_text())
     except (OSError, ValueError):
         return None
     files = [path.stat() for path in folder.glob("*.h5")]
+    kind = next((k for k in KINDS if set(settings) >= {f.name for f in fields(k.settings)}), None)
+    what = {"slice": "branches", "loci": "loci"}.get(kind.name, "parts") if kind is not None else "parts"
     return Entry(
-        f"{folder.name}/", "slice", "partial", settings, f"{len(files)} branches finished",
+        f"{folder.name}/", kind.name if kind is not None else "?", "partial", settings, f"{len(files)} {what} finished",
         size=sum(f.st_size for f in files), mtime_ns=max((f.st_mtime_ns for f in files), default=0),
     )  # fmt: skip

@@ -9,16 +9,10 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
+from rodatlas.atlas.slices.cache import remove_partials
 from rodatlas.atlas.study.catalogue import Catalogue, read_catalogue
 from rodatlas.atlas.study.coordinator import Coordinator, Executor
-from rodatlas.atlas.study.folder import (
-    PROGRESS,
-    alone_in,
-    forget_failure,
-    remove_partials,
-    set_aside,
-    write_failure,
-)
+from rodatlas.atlas.study.folder import PROGRESS, alone_in, forget_failure, set_aside, write_failure
 from rodatlas.atlas.study.inspection import Entry, inspect_file
 from rodatlas.atlas.study.listing import scan
 from rodatlas.atlas.study.local import LocalExecutor

@@ -4,13 +4,12 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from rodatlas.atlas.loci.compute import ANGLES, compute_loci
-from rodatlas.atlas.loci.obtain import loci_stem_of
+from rodatlas.atlas.loci.compute import ANGLES
+from rodatlas.atlas.loci.obtain import loci_stem_of, obtain_loci
 from rodatlas.atlas.loci.result import LociSettings
 from rodatlas.atlas.loci.store import SCHEMA
-from rodatlas.atlas.slices.obtain import obtain_slice
-from rodatlas.atlas.slices.result import Slice
 from rodatlas.atlas.slices.settings import REFERENCE_ANGLE_DEG, SliceSettings
+from rodatlas.atlas.study.folder import drop_damaged
 from rodatlas.atlas.study.kinds.base import Kind, Workplace
 from rodatlas.atlas.study.kinds.slices import SLICE
 
@@ -30,11 +29,10 @@ def _requires(settings: LociSettings) -> tuple[SliceSettings, ...]:
 
 
 def _compute(settings: LociSettings, work: Workplace) -> None:
-    def slice_of(angle: float) -> Slice:
-        wanted = settings.slice_at(angle)
-        return obtain_slice(wanted, work.folder, work.progress, stem=SLICE.file_stem(wanted))
-
-    compute_loci(settings, slice_of, progress=work.progress).save(work.path)
+    drop_damaged(work.folder / work.stem, work.say)
+    obtain_loci(
+        settings, work.folder, (), work.progress, fresh=work.fresh, stem=work.stem, slice_stem=SLICE.file_stem
+    )  # fmt: skip
 
 
 def _contents(file: h5py.File) -> str:
