@@ -264,3 +264,75 @@ def test_a_closed_locus_counts_each_event_once(mu):
     assert sorted(summary(locus)) == [("extremum", "lam")] * 2 + [("extremum", "mu")] * 2
     assert locus.points[-1].solution is locus.points[0].solution
     assert locus.points[-1].arclength == pytest.approx(2 * np.pi, rel=1e-2)
+
+
+@pytest.mark.parametrize("mu", [0.0, 1e-16, -1e-16, 1e-9, -1e-9, 1e-6, -1e-6])
+def test_an_event_at_the_start_counts_once(mu):
+    """Of a closed locus, and of one that is followed both ways."""
+    bvp = algebraic(lambda u, p: [u.x**2 + p.lam**2 + p.mu**2 - 1], parameters=PLANE)
+    fold = first_special(bvp, "fold", -2.0, 2.0, [(1 - mu**2) ** 0.5], lam=0.0, mu=mu)
+    assert sorted(summary(in_plane(bvp, fold, bound=3.0))) == [("extremum", "lam")] * 2 + [("extremum", "mu")] * 2
+    assert summary(in_plane(bvp, fold, bound=0.5)) == [("extremum", "lam")]
+
+
+def swallowtail(d):
+    """Folds lam + x^4/12 - d^2 x^2/2 + mu x = 0, mu = d^2 x - x^3/3, with cusps at x = +-d."""
+    return algebraic(lambda u, p: [p.lam + u.x**4 / 12 - d**2 * u.x**2 / 2 + p.mu * u.x], parameters=PLANE)
+
+
+def trunk_with_a_fold(d):
+    """The fold x = 0, lam = mu of lam = mu + x^2 passes the pitchfork at x = d^2 - mu^2 twice."""
+    return algebraic(
+        lambda u, p: [p.lam - p.mu - u.x**2 - u.y**2, u.y * (u.x + p.mu**2 - d**2 - u.y**2)],
+        unknowns=("x", "y"), parameters=PLANE,
+    )  # fmt: skip
+
+
+def two_pitchforks(d):
+    """Pitchforks lam = 0 and lam = d^2 - mu^2 of the trivial branch."""
+    return algebraic(
+        lambda u, p: [u.x * (p.lam - u.x**2 - u.y**2), u.y * (p.lam + p.mu**2 - d**2 - u.y**2 - 3 * u.x**2)],
+        unknowns=("x", "y"), parameters=PLANE,
+    )  # fmt: skip
+
+
+def three_pitchforks(d):
+    """Pitchforks lam = 0, lam = mu - d and lam = -mu - d: one mode after the other becomes singular."""
+    return algebraic(
+        lambda u, p: [u.x * (p.lam - u.x**2), u.y * (p.lam - p.mu + d - u.y**2), u.z * (p.lam + p.mu + d - u.z**2)],
+        unknowns=("x", "y", "z"), parameters=PLANE,
+    )  # fmt: skip
+
+
+CLOSE_PAIRS = {  # problem, kind of the locus, start, event
+    "cusps": (swallowtail, "fold", lambda d: ([-1.2], {"lam": 0.187 + 0.72 * d**2, "mu": 0.3}), "cusp"),
+    "folds and pitchfork": (trunk_with_a_fold, "fold", lambda d: ([1.0, 0.0], {"lam": 1.7, "mu": 0.7}), "coalescence"),
+    "pitchforks and fold": (
+        trunk_with_a_fold, "branch point", lambda d: ([1.0, 0.0], {"lam": 1.7, "mu": 0.7}), "coalescence",
+    ),
+    "criticality": (
+        lambda d: algebraic(lambda u, p: [u.x * (p.lam - (p.mu**2 - d**2) * u.x**2 + u.x**4)], parameters=PLANE),
+        "branch point", lambda d: (None, {"lam": -1.0, "mu": 0.7}), "criticality",
+    ),
+    "transcritical": (
+        lambda d: algebraic(lambda u, p: [u.x * (p.lam - (p.mu**2 - d**2) * u.x - u.x**2)], parameters=PLANE),
+        "branch point", lambda d: (None, {"lam": -1.0, "mu": 0.7}), "coalescence",
+    ),
+    "crossings": (two_pitchforks, "branch point", lambda d: (None, {"lam": 2.0, "mu": 0.7}), "crossing"),
+    "crossings in turn": (three_pitchforks, "branch point", lambda d: (None, {"lam": 2.0, "mu": 0.7}), "crossing"),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("d", [0.03, 0.002])
+@pytest.mark.parametrize("name", CLOSE_PAIRS)
+def test_two_events_on_one_step(name, d):
+    """No test function has another sign at the end of the step on which both lie."""
+    make, kind, start, event = CLOSE_PAIRS[name]
+    bvp, (values, parameters) = make(d), start(d)
+    branch = trace(bvp, constant(bvp, values, **parameters), ("lam",), TraceOptions(bounds={"lam": (-3.0, 3.0)}))
+    special = min(branch.of_kind(kind), key=lambda x: abs(x.solution["lam"]) + np.abs(x.solution.values[0]).sum())
+    locus = in_plane(bvp, special)
+    found = sorted(e.solution["mu"] for e in locus.of_kind(event))
+    at = 2 * d**3 / 3 if event == "cusp" else d
+    assert found == pytest.approx([-at, at], abs=1e-6)
+    assert all(e.status is Status.CONVERGED for e in locus.events)

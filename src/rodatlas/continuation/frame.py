@@ -85,12 +85,13 @@ def unit_tangent(colloc: Collocation, fac: Factorization, along: Columns) -> Col
 
 
 def smallest_singular(
-    colloc: Collocation, fac: Factorization, guess: Columns | None
+    colloc: Collocation, fac: Factorization, guess: Columns | None, scalars: int | None = None
 ) -> tuple[Columns | None, float]:
     r"""Smallest singular value of the bordered matrix, and its right vector, by inverse iteration.
 
     Norms are those of functions on both sides (residuals of the equations per unit length), so the value does not
-    depend on the mesh. One iteration from the vector of a neighbouring point is enough to follow it.
+    depend on the mesh. One iteration from the vector of a neighbouring point is enough to follow it. The matrix has as
+    many scalar unknowns as the problem has free parameters, or `scalars` of them.
     """
     if fac.sign == 0.0:
         return guess, 0.0
@@ -99,7 +100,7 @@ def smallest_singular(
         rng, shape = np.random.default_rng(11), (*colloc.gauss.shape, len(colloc.scale.unknowns))
         wave = rng.normal(size=(2, shape[2]))
         stage = wave[0] + np.cos(np.pi * colloc.gauss)[..., None] * wave[1]
-        x = Columns(stage, np.zeros((len(colloc.mesh), shape[2])), rng.normal(size=len(colloc.free)))
+        x = Columns(stage, np.zeros((len(colloc.mesh), shape[2])), rng.normal(size=scalars or len(colloc.free)))
         x, passes = scaled(x, 1.0 / colloc.norm(x)), 3
     per_length = (colloc.step[:, None] / colloc.scheme.weights)[..., None]
     value = float("nan")

@@ -8,6 +8,7 @@ from dataclasses import replace
 from rodatlas.continuation.collocation import add, arc_length, free_indices, scaled
 from rodatlas.continuation.locus_events import PITCHFORK, crowded, locate, watched
 from rodatlas.continuation.locus_frame import LocusFrame, Sought, adapted, correct, first_frame
+from rodatlas.continuation.locus_hidden import cut_between
 from rodatlas.continuation.locus_results import Locus, LocusEvent, LocusPoint
 from rodatlas.continuation.locus_stretch import Stretch
 from rodatlas.continuation.locus_system import norm_of, overlap
@@ -18,6 +19,7 @@ from rodatlas.continuation.results import EndReason, SpecialPoint, Status
 from rodatlas.continuation.trace import NotConverged
 
 ALIGNED = 0.5  # cosine of the largest turn of a kernel vector on one step
+AT_START = 1e-5  # arclength within which an event is one at the start of a closed locus
 SMOOTH = 0.05  # the chord of a step may differ by this share from the mean of the tangents at its ends
 
 
@@ -129,9 +131,10 @@ class _Walk:
         largest = step
         while self.end is None:
             tried = self._attempt(step)
-            stretch = self._landed(*tried[:2]) if tried else None
+            whole = self._landed(*tried[:2]) if tried else None
             if self.end is not None:
                 break
+            stretch = cut_between(whole) if whole is not None else None
             events = self._events(stretch, step, largest) if stretch is not None else None
             if tried is None or stretch is None or events is None:
                 step *= 0.5
@@ -141,7 +144,7 @@ class _Walk:
             if self._breaks_up(stretch.right):
                 self.end = EndReason.UNFOLDED
                 break
-            self.end = EndReason.RANGE if stretch.right is not tried[0] else None
+            self.end = EndReason.RANGE if stretch is whole and stretch.right is not tried[0] else None
             self._accept(stretch, events)
             step = largest = control.next_step(step, tried[2], stretch.right.iterations)
 
@@ -175,7 +178,7 @@ class _Walk:
         if not _continues(here, frame):
             return None
         distance = arc_length(length, cosine)
-        return replace(frame, behind=(here.x, here.tangent, distance)), distance, corrections[0]
+        return frame.after(here, distance), distance, corrections[0]
 
     def _accept(self, stretch: Stretch, events: list[LocusEvent]) -> None:
         ending = next((e for e in events if self.sought.kind == "fold" and e.kind == "criticality"), None)
@@ -186,9 +189,9 @@ class _Walk:
             self.end = EndReason.CRITICALITY
             return
         closing = stretch.passes(self.start) if self.end is None and len(self.points) >= 4 else None
-        if closing is not None:  # what lies beyond the start was found when the walk began
+        if closing is not None:
             self.arclength += closing * stretch.step
-            self.events += [e for e in events if e.arclength <= self.arclength]
+            self.events += [e for e in events if self._is_new(e)]
             self.points.append(replace(self.points[0], arclength=self.arclength))
             self.end = EndReason.CLOSED
             return
@@ -202,6 +205,14 @@ class _Walk:
             self.options.on_point(self.points[-1])
         if self.end is None and (len(self.points) - 1) % self.options.mesh.every == 0:
             self._adapt()
+
+    def _is_new(self, event: LocusEvent) -> bool:
+        """Whether an event of the step that passes the start lies before it, or at it and was not found there."""
+        start = self.start
+        way = add(start.colloc.state(event.solution), (-1.0, start.x))
+        ahead = start.colloc.inner(start.tangent, way)
+        known = [(e.kind, e.parameter) for e in self.events if e.arclength < AT_START]
+        return ahead < -AT_START or (ahead < AT_START and (event.kind, event.parameter) not in known)
 
     def _adapt(self) -> None:
         control, before = self.options.mesh, len(self.frame.colloc.step)

@@ -16,6 +16,7 @@ from rodatlas.continuation.normal_form import cusp_form, fold_quadratic
 from rodatlas.continuation.results import Status
 
 PITCHFORK = 1e-6  # quadratic coefficient below which a branch point is a pitchfork
+INTERPOLATED = 1e-6  # largest error in arclength of a special point that is not solved for
 PERSISTS = 1e-6  # largest artificial unknown of a branch point that needs no perturbation
 ROUND_OFF = 1e-9  # values of a test function that mean nothing
 
@@ -24,9 +25,9 @@ ROUND_OFF = 1e-9  # values of a test function that mean nothing
 class Watched:
     """A test function, what its zero is called, and which parameter is extreme there.
 
-    singular : the equations of the locus are singular there; precise : a smooth test for location, where `test` is
-        good for detection only; on_points : on a locus of folds, the test function that vanishes there along the locus
-        of branch points that is met, whose equations are regular.
+    singular : the equations of the locus are singular there; precise and smooth : tests for location, and for a pair
+        of zeros, where `test` has no value but a sign; on_points : on a locus of folds, the test function that vanishes
+        there along the locus of branch points that is met, whose equations are regular.
     """
 
     kind: str
@@ -35,12 +36,17 @@ class Watched:
     parameter: str = ""
     singular: bool = False
     precise: Callable[[Stretch], Test] | None = None
+    smooth: Test | None = None
     on_points: str = ""
 
     def changes(self, stretch: Stretch) -> bool:
-        """Whether it changes sign on a stretch, by more than round-off."""
+        """Whether it changes sign on a stretch, by more than round-off.
+
+        Zero has a sign, too (in the other direction, that of a tangent's component is the other one): where a locus
+        starts at a special point, one of its halves has it.
+        """
         left, right = self.test(stretch.left), self.test(stretch.right)
-        return left * right < 0 and max(abs(left), abs(right)) > ROUND_OFF
+        return bool(np.signbit(left) != np.signbit(right)) and max(abs(left), abs(right)) > ROUND_OFF
 
     def is_doubtful(self, stretch: Stretch) -> bool:
         """Whether both values are so small that the error of the last iterate matters."""
@@ -72,6 +78,11 @@ def watched(stretch: Stretch, names: tuple[str, ...]) -> list[Watched]:
     if len(turns) == 2:  # as at a cusp
         return found
     return found + (turns or [Watched("extremum", _component(i), "", name) for i, name in enumerate(names[:2])])
+
+
+def smooth_tests(stretch: Stretch) -> list[Test]:
+    """What is watched besides turns, as functions whose values on one mesh can be compared with those on another."""
+    return [w.smooth or w.test for w in _candidates(stretch)]
 
 
 def _meeting(stretch: Stretch, turns: int) -> Watched | None:
@@ -144,13 +155,7 @@ def crowded(stretch: Stretch, found: list[Watched]) -> bool:
 def locate(stretch: Stretch, what: Watched, names: tuple[str, ...]) -> LocusEvent:
     """The special point, located by root finding on corrected points and told apart by its normal form."""
     test = what.precise(stretch) if what.precise else what.test
-    found = stretch.singular_root(test) if what.singular else stretch.root(test)
-    if found and what.on_points:
-        exact = _on_branch_points(stretch, found[0], what.on_points)
-        if exact is not None:
-            found, test = (exact, found[1]), _value(what.on_points)
-        elif what.kind == "criticality":  # interpolation is no good for it
-            found = None
+    found, test = _singular(stretch, what, test) if what.singular else (stretch.root(test), test)
     status = Status.CONVERGED if found else Status.BRACKETED
     at, fraction = found or (stretch.right, 1.0)
     arclength = stretch.start + fraction * stretch.step
@@ -162,6 +167,21 @@ def locate(stretch: Stretch, what: Watched, names: tuple[str, ...]) -> LocusEven
     if what.kind == "extremum":
         return replace(event, what=_turn(stretch.sought, at, names.index(what.parameter)))
     return event
+
+
+def _singular(stretch: Stretch, what: Watched, test: Test) -> tuple[tuple[LocusFrame, float] | None, Test]:
+    """Frame and fraction of a special point at which the equations of the locus are singular; and its test function.
+
+    None when it is known neither from branch points that it meets nor from interpolation.
+    """
+    near = stretch.singular_root(test)
+    exact = _on_branch_points(stretch, near.frame, what.on_points) if what.on_points else None
+    if exact is not None:
+        slack, place = 3e-4 / stretch.step, stretch.position(exact.x)
+        if what.kind == "criticality" or near.bracket[0] - slack < place < near.bracket[1] + slack:
+            return (exact, near.fraction), _value(what.on_points)
+    settled = what.kind != "criticality" and near.error < INTERPOLATED
+    return ((near.frame, near.fraction) if settled else None), test
 
 
 def _on_branch_points(stretch: Stretch, near: LocusFrame, name: str) -> LocusFrame | None:
@@ -212,11 +232,15 @@ def _turn(sought: Sought, at: LocusFrame, parameter: int) -> str:
 
 def _second_kernel(kind: str, what: str, on_points: str = "") -> Watched:
     """One more vector in the kernel: the bordered determinant changes sign."""
-    return Watched(kind, _sign, what, singular=True, precise=_determinant, on_points=on_points)
+    return Watched(kind, _sign, what, singular=True, precise=_determinant, smooth=_weakness, on_points=on_points)
 
 
 def _sign(frame: LocusFrame) -> float:
     return frame.tests.determinant[0]
+
+
+def _weakness(frame: LocusFrame) -> float:
+    return frame.tests.weakness
 
 
 def _determinant(stretch: Stretch) -> Test:
@@ -227,7 +251,7 @@ def _determinant(stretch: Stretch) -> Test:
     def test(frame: LocusFrame) -> float:
         if frame is left:
             local = stretch.sought.local(stretch.right.colloc, left.x, stretch.right.border, left.unfolding)
-            sign, log_det = local.measure().determinant if local else left.tests.determinant
+            sign, log_det = local.measure(None).determinant if local else left.tests.determinant
         else:
             sign, log_det = frame.tests.determinant
         return sign * float(np.exp(min(log_det - reference, 50.0)))

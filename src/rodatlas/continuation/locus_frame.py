@@ -59,7 +59,7 @@ class Sought:
 
 @dataclass(frozen=True)
 class LocusFrame:
-    """A point of the locus on its discretization; `behind` are state, tangent and distance of the one before.
+    """A point of the locus on its discretization; `behind` is the one before, at a `distance`.
 
     `unfolding` is the artificial unknown of a branch point; `noise` the distance to the iterate at which tangent and
     test functions were evaluated; `rate` bounds error / correction^2 of Newton's method; `error` is the last estimate,
@@ -71,7 +71,8 @@ class LocusFrame:
     tangent: Columns
     border: Border
     tests: Tests = field(default_factory=Tests)
-    behind: tuple[Columns, Columns, float] | None = None
+    behind: LocusFrame | None = None
+    distance: float = float("nan")
     rate: float = 1e3
     error: float = float("nan")
     iterations: int = 0
@@ -83,12 +84,16 @@ class LocusFrame:
         """Where the curve is expected after a step: cubic Hermite extrapolation from here and the point before."""
         if self.behind is None:
             return add(self.x, (step, self.tangent))
-        x, t, h = self.behind
+        x, t, h = self.behind.x, self.behind.tangent, self.distance
         r = step / h
         # p(s) = x0 + s t0 + s^2 (3 A + B) + s^3 (2 A + B)/h, with A = (x - x0 + h t0)/h^2 and B = (t - t0)/h
         square, cube = r**2, r**3
         a, b = 3 * square + 2 * cube, h * (square + cube)
         return add(scaled(self.x, 1 - a), (a, x), (step + h * a - b, self.tangent), (b, t))
+
+    def after(self, other: LocusFrame, distance: float) -> LocusFrame:
+        """This frame with another one behind it."""
+        return replace(self, behind=replace(other, behind=None), distance=distance)
 
     def reversed(self) -> LocusFrame:
         return replace(self, tangent=scaled(self.tangent, -1.0), behind=None)
@@ -128,7 +133,8 @@ def correct(
             tangent = local.tangent(colloc, normal)
             if tangent is None:
                 return None
-            done = LocusFrame(colloc, x, tangent, local.border, local.measure(), rate=here.rate, unfolding=beta)
+            tests = local.measure(here.tests.weakest)
+            done = LocusFrame(colloc, x, tangent, local.border, tests, rate=here.rate, unfolding=beta)
             if len(corrections) > 1 and corrections[1] > 1e-13:
                 done = replace(done, rate=float(np.clip(RATE_MARGIN * corrections[1] / corrections[0] ** 2, 10.0, 1e4)))
             done = replace(done, error=here.error, round_off=here.round_off)
@@ -195,11 +201,15 @@ def on_mesh(frame: LocusFrame, mesh: np.ndarray) -> LocusFrame:
     old = frame.colloc
     new = Collocation(old.bvp, mesh, old.scheme.points, old.base, list(old.free), old.scale, old.backend, old.within)
     carry = old.carrier(new)
-    behind = (carry(frame.behind[0]), carry(frame.behind[1]), frame.behind[2]) if frame.behind is not None else None
+    behind = frame.behind
+    if behind is not None:
+        behind = replace(behind, colloc=new, x=carry(behind.x), tangent=carry(behind.tangent))
+    weakest = frame.tests.weakest
+    tests = replace(frame.tests, weakest=weakest if weakest is None else carry(weakest))
     vectors = tuple(carry(v) for v in frame.border.vectors)
     border = Border(vectors, _carried_column(frame, new))
     return replace(
-        frame, colloc=new, x=carry(frame.x), tangent=carry(frame.tangent), border=border, behind=behind
+        frame, colloc=new, x=carry(frame.x), tangent=carry(frame.tangent), border=border, tests=tests, behind=behind
     )
 
 

@@ -12,7 +12,8 @@ from rodatlas.continuation.linear import Columns
 from rodatlas.continuation.locus_frame import LocusFrame, Sought, correct
 from rodatlas.continuation.options import TraceOptions
 
-CLOSE = 0.01  # arclength; points nearer to a singular one are worse than interpolation between those further away
+NOTHING = 1e-5  # share of the values near by; what is smaller belongs to another curve, on which Newton has fallen
+CLOSE = 0.001  # arclength; points nearer to a singular one are worse than interpolation between those further away
 LOCATED = 1e-8  # arclength to which a special point is known
 Test = Callable[[LocusFrame], float]
 
@@ -41,7 +42,7 @@ class Stretch:
         found = correct(self.sought, self.right, guess, normal, self.options, exact=True)
         if found is None or self.right.colloc.norm(add(found[0].x, (-1.0, guess))) > 0.1 * self.step:
             return None
-        return replace(found[0], behind=(self.left.x, self.left.tangent, fraction * self.step))
+        return found[0].after(self.left, fraction * self.step)
 
     def _interpolated(self, t: float) -> tuple[Columns, Columns]:
         """Place and direction at a fraction t."""
@@ -81,12 +82,11 @@ class Stretch:
 
         A near miss is not enough: the locus is corrected in the plane through the other point and has to meet it.
         """
-        left, colloc = self.left, self.right.colloc
-        if np.abs(other.x.scalars - left.x.scalars).max() > 2 * self.step:
+        colloc = self.right.colloc
+        if np.abs(other.x.scalars - self.left.x.scalars).max() > 2 * self.step:
             return None
         x0, t0 = (other.colloc.interpolate(v, colloc) for v in (other.x, other.tangent))
-        chord = add(self.right.x, (-1.0, left.x))
-        fraction = colloc.inner(chord, add(x0, (-1.0, left.x))) / colloc.inner(chord, chord)
+        fraction = self.position(x0)
         if not 0.0 < fraction <= 1.0:
             return None
         guess, direction = self._interpolated(fraction)
@@ -99,34 +99,56 @@ class Stretch:
         missed = colloc.norm(add(found[0].x, (-1.0, x0)))
         return fraction if missed < 1e-3 * self.step + 100 * self.options.mesh.tolerance else None
 
-    def singular_root(self, test: Test) -> tuple[LocusFrame, float] | None:
+    def position(self, x: Columns) -> float:
+        """Fraction of the step at which a state lies, from its projection on the chord."""
+        chord, colloc = add(self.right.x, (-1.0, self.left.x)), self.right.colloc
+        return colloc.inner(chord, add(x, (-1.0, self.left.x))) / colloc.inner(chord, chord)
+
+    def singular_root(self, test: Test) -> SingularRoot:
         """The same where the equations of the locus are singular, so that Newton fails close to the root.
 
-        Points on both sides close in on it; then interpolation between them, whose error is of fourth order in their
-        distance, gives it. Values that drop to nothing are those of another curve, on which Newton has fallen.
+        Points on both sides close in on it; then interpolation between them gives it.
         """
         known = [(0.0, self.left, test(self.left)), (1.0, self.right, test(self.right))]
         low, high = known
+        for place, frame, value in known:
+            if value == 0.0:
+                return SingularRoot(frame, place, 0.0, (place, place))
         while (high[0] - low[0]) * self.step > CLOSE:
             a, b = low[0], high[0]
             width = 0.1 * (b - a)
             middle = float(np.clip(a - low[2] * (b - a) / (high[2] - low[2]), a + 1.5 * width, b - 1.5 * width))
             frames = [(place, self.corrected(place)) for place in (middle - width, middle + width)]
             found = [(place, f, test(f)) for place, f in frames if f is not None]
-            if len(found) < 2 or min(abs(v) for _, _, v in found) < 0.005 * max(abs(low[2]), abs(high[2])):
+            if len(found) < 2 or min(abs(v) for _, _, v in found) < NOTHING * max(abs(low[2]), abs(high[2])):
                 break
             known = sorted([*known, *found], key=lambda p: p[0])
             at = next(i for i in range(len(known) - 1) if known[i][0] >= a and known[i][2] * known[i + 1][2] < 0)
             low, high = known[at], known[at + 1]
-        if (high[0] - low[0]) * self.step > 0.03:
-            return None
         at = known.index(low)
-        fraction = _root_of_polynomial([(p, v) for p, _, v in known[max(at - 1, 0) : at + 3]], low[0], high[0])
+        near = [(p, v) for p, _, v in known[max(at - 1, 0) : at + 3]]
+        fraction, other = (_root_of_polynomial(points, low[0], high[0]) for points in (near, [low[::2], high[::2]]))
+        if len(near) > 2:
+            other = _root_of_polynomial(near[1:] if near[0][0] < low[0] else near[:-1], low[0], high[0])
         colloc = self.right.colloc
         chord, cosine = colloc.norm(add(high[1].x, (-1.0, low[1].x))), colloc.inner(low[1].tangent, high[1].tangent)
         between = replace(self, left=low[1], right=high[1], step=arc_length(chord, cosine))
         x, tangent = between._interpolated((fraction - low[0]) / (high[0] - low[0]))
-        return replace(low[1], x=x, tangent=tangent), fraction
+        error = abs(fraction - other) * self.step
+        return SingularRoot(replace(low[1], x=x, tangent=tangent), fraction, error, (low[0], high[0]))
+
+
+@dataclass(frozen=True)
+class SingularRoot:
+    """A root between corrected points: the frame interpolated there, its fraction of the step, and the error of that.
+
+    error : in arclength, from one point less; bracket : fractions of the nearest points on both sides.
+    """
+
+    frame: LocusFrame
+    fraction: float
+    error: float
+    bracket: tuple[float, float]
 
 
 def _root_of_polynomial(points: list[tuple[float, float]], a: float, b: float) -> float:

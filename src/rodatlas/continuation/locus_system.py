@@ -32,6 +32,7 @@ import numpy as np
 from rodatlas.continuation.augmented import left_column
 from rodatlas.continuation.collocation import Collocation, Linearization, Row, add, scaled
 from rodatlas.continuation.directional import derivatives_along
+from rodatlas.continuation.frame import smallest_singular
 from rodatlas.continuation.linear import Blocks, Columns, Factorization
 
 KINDS = ("fold", "branch point")
@@ -53,12 +54,15 @@ class Tests:
     """What is watched along a locus.
 
     values : test functions by name; determinant : sign and log|det| of the bordered matrix, whose zero means one more
-    vector in the kernel; shares : on a locus of folds, psi.F_lambda and psi.F_mu (up to a factor).
+    vector in the kernel; weakness : its smallest singular value with that sign; weakest : the right vector to it;
+    shares : on a locus of folds, psi.F_lambda and psi.F_mu (up to a factor).
     """
 
     values: dict[str, float] = field(default_factory=dict)
     determinant: tuple[float, float] = (1.0, 0.0)
     shares: tuple[float, float] = (1.0, 1.0)
+    weakness: float = 1.0
+    weakest: Columns | None = field(default=None, repr=False)
 
 
 @dataclass(frozen=True)
@@ -67,7 +71,7 @@ class Local:
 
     base : y_0, base_b : its share of the column; directions : d_1 .. d_3 and shares (3,); conditions (2, 3) and
     values (2,) with conditions @ a = values; border : better borders for the next step; measure : evaluates the test
-    functions; hold : weight of a_3 = 0.
+    functions, with the weakest direction of a point near by or None; hold : weight of a_3 = 0.
     """
 
     base: Columns
@@ -77,7 +81,7 @@ class Local:
     conditions: np.ndarray
     values: np.ndarray
     border: Border
-    measure: Callable[[], Tests]
+    measure: Callable[[Columns | None], Tests]
     hold: float = 0.0
 
     def step(self, colloc: Collocation, normal: Columns, value: float) -> tuple[Columns, float] | None:
@@ -140,6 +144,11 @@ class Bordered:
             scalars[index] = value
         return Columns(y.stage, y.mesh, scalars), float(y.scalars[-1])
 
+    def tests(self, values: dict[str, float], near: Columns | None, shares: tuple[float, float] = (1.0, 1.0)) -> Tests:
+        """Test functions, with those of the matrix itself added."""
+        weakest, value = smallest_singular(self.colloc, self.fac, near, len(self.scalars) + 1)
+        return Tests(values, (self.fac.sign, self.fac.log_det), shares, self.fac.sign * value, weakest)
+
     def left(self, x: Columns) -> Blocks:
         one = np.zeros(len(self.scalars) + 1)
         one[-1] = 1.0
@@ -171,9 +180,9 @@ def _fold(colloc: Collocation, x: Columns, lin: Linearization, border: Border) -
     values = np.array([-share, -(g + gradient.dot(base))])
     size = colloc.norm(phi)
 
-    def measure() -> Tests:
+    def measure(near: Columns | None) -> Tests:
         quadratic = -float(conditions[1, 2]) / (size**2 * norm_of(psi))
-        return Tests({"cusp": quadratic}, (b.fac.sign, b.fac.log_det), (share_lambda, share_mu))
+        return b.tests({"cusp": quadratic}, near, (share_lambda, share_mu))
 
     new = Border((scaled(phi, 1.0 / size),), left_column(colloc, psi))
     return Local(base, share, directions, np.array([share_lambda, share_mu, g]), conditions, values, new, measure)
@@ -198,13 +207,13 @@ def _branch_point(colloc: Collocation, x: Columns, lin: Linearization, border: B
     values = -np.array([g1, g2]) - [w.dot(base) for w in gradients]
     largest = float(np.abs(conditions / [colloc.norm(d) for d in directions]).max())
 
-    def measure() -> Tests:
+    def measure(near: Columns | None) -> Tests:
         size = colloc.norm(v2)
         quadratic = -gradients[1].dot(v2) / (size**2 * norm_of(psi))
         trunk = float(v1.scalars[0]) / colloc.norm(v1)
         cubic = _cubic(colloc, x, b, v1, v2, psi, gradients[1])
         values = {"trunk": trunk, "quadratic": quadratic, "criticality": cubic}
-        return Tests(values, (b.fac.sign, b.fac.log_det))
+        return b.tests(values, near)
 
     return Local(
         base, share, directions, np.array([share_mu, g1, g2]), conditions, values,

@@ -42,7 +42,7 @@ class ValueLocal:
         t = self.tangent(colloc, along)
         return along if t is None else t
 
-    def measure(self) -> Tests:
+    def measure(self, near: Columns | None) -> Tests:
         """Nothing but the turns of the locus is watched."""
         return Tests()
 
