@@ -91,6 +91,8 @@ def test_table_of_found_states(capsys, files, tmp_path):
         ("u.h5", ["--format", "vtp", "--width", "x"], "width: expected the width over the length, such as 1/80 or"),
         ("u.h5", ["--format", "vtp", "--samples", "2"], "samples: expected a whole number from 3"),
         ("u.h5", ["--state", "U", "--shear", "0"], "state: expected --state only with the file of a slice"),
+        ("u.h5", ["--shear", "0"], "shear: expected --shear only with the file of a slice"),
+        ("slice.h5", ["--shear", "0"], "shear: expected --state beside --shear for a table, got none"),
         ("slice.h5", ["--state", "U"], "shear: expected the shear at which U is wanted, got none"),
         ("slice.h5", ["--state", "U", "--shear", "0.7"], "shear: expected one at which U is stable at 15 deg, from -0"),
         ("slice.h5", ["--state", "S+", "--shear", "0.7"], "state: expected one that is stable in the slice at 15 deg"),

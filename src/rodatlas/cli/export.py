@@ -48,6 +48,8 @@ def run(file: str, form: str, out: str, width: str, band: str, state: str, shear
         found: Any = open_result(file)
         if state:
             found = _chosen(found, file, state, place)
+        elif place is not None:
+            _check_shear(found, file, wanted)
         if wanted == "csv":
             written = _tables(*_frames(found, file, count), target, size)
         else:
@@ -102,6 +104,16 @@ def _chosen(found: Any, file: str, state: str, place: float | None) -> Solution:
     if place is None:
         raise ValueError(f"shear: expected the shear at which {state} is wanted, got none")
     return pick_state(found, state, place)
+
+
+def _check_shear(found: Any, file: str, wanted: str) -> None:
+    """A shear without the name of a state is for shapes of a slice."""
+    from rodatlas.atlas.slices.result import Slice
+
+    if not isinstance(found, Slice):
+        raise ValueError(f"shear: expected --shear only with the file of a slice, got {found!r} in {file}")
+    if wanted == "csv":
+        raise ValueError("shear: expected --state beside --shear for a table, got none")
 
 
 def _frames(found: Any, file: str, samples: int) -> tuple[Mapping[str, pd.DataFrame], list[str]]:

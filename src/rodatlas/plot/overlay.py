@@ -34,7 +34,7 @@ APART = 3.6  # distance of measured ranges from the curve and from each other, i
 STEEPEST = 0.4  # mean cosine of the slope below which a range lies nearer to its curve
 # No disks: those are folds and branch points.
 SYMBOLS = ("s", "^", "D", "v", "P", "X")
-WIDTHS = 1.4  # of measured ranges
+WIDTHS, SYMBOL_SIZE = 1.4, 3.6  # of measured ranges and their ends
 
 
 def draw_overlay(slice_: Any, comparison: Any) -> Figure:
@@ -95,6 +95,7 @@ def _draw_along(slice_: Any, comparison: Any, labels: Sequence[str], ax: Axes, d
         ax.plot(*path.T, color=color, lw=WIDTHS, alpha=0.55, zorder=2.5, gid="measured", solid_capstyle="butt")
         for end, place in ((check.low, path[0]), (check.high, path[-1])):
             _draw_end(ax, end, place, comparison.scale, color, SYMBOLS[k % len(SYMBOLS)])
+            drawn.obstacles.take(to_points(ax, place[None])[0], (SYMBOL_SIZE, SYMBOL_SIZE), 0.8)
         points = dense(to_points(ax, path))
         drawn.obstacles.points = np.concatenate([drawn.obstacles.points, points])
         if drawn.obstacles.weights is not None:
@@ -108,7 +109,7 @@ def _draw_end(ax: Axes, end: Any, place: np.ndarray, scale: float, color: str, s
         ax.plot([place[0] - reach, place[0] + reach], [place[1]] * 2, color=INK, lw=0.7, zorder=4.4, gid="error",
                 marker="|", ms=3.0, mew=0.7)  # fmt: skip
     ax.plot(
-        [place[0]], [place[1]], ls="none", marker=symbol, ms=3.6, mfc=color, mec="white", mew=0.4, zorder=4.5,
+        [place[0]], [place[1]], ls="none", marker=symbol, ms=SYMBOL_SIZE, mfc=color, mec="white", mew=0.4, zorder=4.5,
         gid="measured end",
     )  # fmt: skip
 
@@ -215,7 +216,7 @@ def _draw_key(labels: Sequence[str], ax: Axes) -> None:
 
     handles = [Line2D([], [], color=INK, lw=STABLE_WIDTH, label="computed")]
     for k, label in enumerate(labels):
-        handles.append(Line2D([], [], color=UNNAMED, lw=WIDTHS, marker=SYMBOLS[k % len(SYMBOLS)], ms=3.6, mec="white",
+        handles.append(Line2D([], [], color=UNNAMED, lw=WIDTHS, marker=SYMBOLS[k % len(SYMBOLS)], ms=SYMBOL_SIZE, mec="white",
                               mew=0.4, label=label))  # fmt: skip
     ax.legend(
         handles=handles, loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=len(handles), borderaxespad=0.2,
