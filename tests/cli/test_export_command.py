@@ -59,8 +59,8 @@ def test_coexisting_states_in_one_scene(capsys, files, tmp_path):
 
 
 def test_one_file_for_each_table_and_shape(capsys, files, tmp_path):
-    for form in ("csv", "vtp"):
-        assert run(capsys, files / "slice.h5", "--format", form, "--shear", "0.01", "--out", tmp_path / "s")[0] == 0
+    for form in (("csv",), ("vtp", "--shear", "0.01")):
+        assert run(capsys, files / "slice.h5", "--out", tmp_path / "s", "--format", *form)[0] == 0
     names = {p.name for p in tmp_path.iterdir()}
     assert names == {f"s-{x}.csv" for x in ("states", "events", "branches")} | {
         f"s-{x}.vtp" for x in ("U", "W", "TU+", "TW+")

@@ -216,7 +216,7 @@ def _draw_key(labels: Sequence[str], ax: Axes) -> None:
 
     handles = [Line2D([], [], color=INK, lw=STABLE_WIDTH, label="computed")]
     for k, label in enumerate(labels):
-        symbol = {"marker": SYMBOLS[k % len(SYMBOLS)], "ms": SYMBOL_SIZE, "mec": "white", "mew": 0.4}
+        symbol: dict[str, Any] = {"marker": SYMBOLS[k % len(SYMBOLS)], "ms": SYMBOL_SIZE, "mec": "white", "mew": 0.4}
         handles.append(Line2D([], [], color=UNNAMED, lw=WIDTHS, label=label, **symbol))
     ax.legend(
         handles=handles, loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=len(handles), borderaxespad=0.2,
