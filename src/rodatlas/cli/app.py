@@ -42,6 +42,10 @@ def slice_command(
     compression: Compression = "0.5",
     poisson: Poisson = "0.25",
     shear_max: Annotated[str, typer.Option(help="Largest shear dD [default: 0.9469 of the limiting shear].")] = "",
+    shear_min: Annotated[str, typer.Option(help="Least shear [default: -0.0577 of the limiting shear].")] = "",
+    search: Annotated[
+        str, typer.Option(help="Starts of the search for isolated stable states at each of some shears; 0: none.")
+    ] = "256",
     tol: Tolerance = "1e-8",
     out: Annotated[str, typer.Option(help="Folder for figures and data.")] = "out",
     fresh: Annotated[bool, typer.Option("--fresh", help="Compute everything again, even what the folder has.")] = False,
@@ -52,7 +56,7 @@ def slice_command(
     """Follow all equilibria at one clamp angle as the shear varies: table, figures and data."""
     from rodatlas.cli.slice import run
 
-    run(angle, compression, poisson, shear_max, tol, out, json_to, fresh, overlay, band)
+    run((angle, compression, poisson, tol, shear_max, shear_min, search), out, json_to, fresh, overlay, band)
 
 
 @app.command("loci")

@@ -25,16 +25,27 @@ def number(field: str, text: str) -> float:
         raise ValueError(f"{field}: expected a number, got '{text}'") from None
 
 
-def settings_from(angle: str, compression: str, poisson: str, tol: str, shear_max: str = "") -> SliceSettings:
-    """Settings of a slice from the texts that the user typed; an empty shear_max stands for the default."""
+def settings_from(
+    angle: str, compression: str, poisson: str, tol: str, shear_max: str = "", shear_min: str = "", search: str = "256"
+) -> SliceSettings:
+    """Settings of a slice from the texts that the user typed; an empty shear stands for the default."""
     from rodatlas.atlas.slices.settings import SliceSettings, default_shear_max, default_shear_min
 
     held = number("compression", compression)
     return SliceSettings(
         number("angle", angle), held, number("poisson", poisson),
-        number("shear-max", shear_max) if shear_max else default_shear_max(held), default_shear_min(held),
-        number("tol", tol),
+        number("shear-max", shear_max) if shear_max else default_shear_max(held),
+        number("shear-min", shear_min) if shear_min else default_shear_min(held),
+        number("tol", tol), whole_number("search", search),
     )  # fmt: skip
+
+
+def whole_number(field: str, text: str) -> int:
+    """An integer from text, or a ValueError that names the field."""
+    try:
+        return int(text)
+    except ValueError:
+        raise ValueError(f"{field}: expected a whole number, got '{text}'") from None
 
 
 def writable_folder(text: str, field: str = "out") -> Path:

@@ -19,11 +19,10 @@ if TYPE_CHECKING:
 
 
 def run(
-    angle: str, compression: str, poisson: str, shear_max: str, tol: str, out: str, json_to: str, fresh: bool,
-    overlay: str = "", band: str = "",
-) -> None:  # fmt: skip
-    """The command; texts come as typed and are checked here."""
-    settings = settings_from(angle, compression, poisson, tol, shear_max)
+    setting: tuple[str, ...], out: str, json_to: str, fresh: bool, overlay: str = "", band: str = ""
+) -> None:
+    """The command; texts come as typed and are checked here, those of `setting` by `settings_from`."""
+    settings = settings_from(*setting)
     measured = read_overlay(overlay, band, settings)
     folder = writable_folder(out)
     json_file = json_target(json_to)

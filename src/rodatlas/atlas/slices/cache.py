@@ -5,12 +5,15 @@ from __future__ import annotations
 import json
 import os
 import time
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Generic, Protocol, TypeVar
 
-from rodatlas.continuation import Branch
+from rodatlas.continuation import Branch, Solution
+from rodatlas.continuation.store import atomic_hdf5, checked_hdf5, read_solutions, write_solutions
 
 SETTINGS = "settings.json"
+STATES = "rodatlas/slice states"
 
 
 class Curve(Protocol):
@@ -41,6 +44,33 @@ class BranchCache:
 
     def put(self, key: str, branch: Branch) -> None:
         """Keep a finished branch."""
+
+    def get_states(self, key: str) -> tuple[Solution, ...] | None:
+        """The states that were put under a name, if any."""
+        return None
+
+    def put_states(self, key: str, states: Sequence[Solution]) -> None:
+        """Keep some states."""
+
+
+class MemoryCache(BranchCache):
+    """Branches and states of one computation, kept for another one at the same settings in this process."""
+
+    def __init__(self) -> None:
+        self._branches: dict[str, Branch] = {}
+        self._states: dict[str, tuple[Solution, ...]] = {}
+
+    def get(self, key: str) -> Branch | None:
+        return self._branches.get(key)
+
+    def put(self, key: str, branch: Branch) -> None:
+        self._branches[key] = branch
+
+    def get_states(self, key: str) -> tuple[Solution, ...] | None:
+        return self._states.get(key)
+
+    def put_states(self, key: str, states: Sequence[Solution]) -> None:
+        self._states[key] = tuple(states)
 
 
 class CurveFolder(Generic[AnyCurve]):
@@ -121,7 +151,22 @@ class CurveFolder(Generic[AnyCurve]):
 
 
 class FolderCache(CurveFolder[Branch], BranchCache):
-    """Branches of one slice in a folder."""
+    """Branches of one slice, and states that a search has found, in a folder."""
+
+    def get_states(self, key: str) -> tuple[Solution, ...] | None:
+        path = self._path(key)
+        try:
+            if not path.exists():
+                return None
+            with checked_hdf5(path, STATES) as file:
+                return tuple(read_solutions(file["states"])) if "states" in file else ()
+        except ValueError as error:
+            raise ValueError(f"{error}; --fresh computes everything again") from None
+
+    def put_states(self, key: str, states: Sequence[Solution]) -> None:
+        with atomic_hdf5(self._path(key), STATES) as file:
+            if states:
+                write_solutions(file.create_group("states"), states)
 
     def _load(self, path: Path) -> Branch:
         return Branch.load(path)
@@ -138,6 +183,12 @@ class PrefixedCache(BranchCache):
 
     def put(self, key: str, branch: Branch) -> None:
         self._inner.put(self._prefix + key, branch)
+
+    def get_states(self, key: str) -> tuple[Solution, ...] | None:
+        return self._inner.get_states(self._prefix + key)
+
+    def put_states(self, key: str, states: Sequence[Solution]) -> None:
+        self._inner.put_states(self._prefix + key, states)
 
 
 def write_text(path: Path, text: str) -> None:

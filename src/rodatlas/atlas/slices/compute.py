@@ -7,6 +7,7 @@ from dataclasses import replace
 from itertools import pairwise
 
 from rodatlas.atlas.slices.cache import BranchCache
+from rodatlas.atlas.slices.crosscheck import missed_states
 from rodatlas.atlas.slices.cuts import cut_segment
 from rodatlas.atlas.slices.follow import Followed, Frontier, Progress, follow_slice
 from rodatlas.atlas.slices.match import same_state
@@ -30,7 +31,8 @@ def compute_slice(
     ----------
     cache : keeps finished branches, so that an interrupted run can be resumed.
     progress : called as the work goes on.
-    carry : whether states that are not connected within the slice are carried over from a reference angle.
+    carry : whether branches that are not connected within the slice are looked for: carried over from a reference
+        angle, and found by a search.
     """
     start = time.perf_counter()
     frontier = follow_slice(settings, cache, progress, carry)
@@ -45,6 +47,7 @@ def compute_slice(
         branches = [replace(b, mirror=partners.get(b.id)) for b in branches]
         warnings += missing
     states = [state for segment, parts in named for state in _states(segment, parts, branches, settings)]
+    warnings += missed_states(frontier.searches, states, settings)
     states.sort(key=lambda s: (NAMES.index(s.name), s.low.shear))
     return Slice(settings, tuple(branches), tuple(states), tuple(warnings), time.perf_counter() - start)
 

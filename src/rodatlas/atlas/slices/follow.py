@@ -7,6 +7,7 @@ from dataclasses import dataclass, field, replace
 
 from rodatlas.atlas.slices.cache import BranchCache, PrefixedCache
 from rodatlas.atlas.slices.match import FREE, lies_on, same_state
+from rodatlas.atlas.slices.search import Search, search_at, searched_shears
 from rodatlas.atlas.slices.seeds import Seed, carried_seeds, planar_seeds, twisted_seeds
 from rodatlas.atlas.slices.settings import SliceSettings
 from rodatlas.continuation import (
@@ -62,7 +63,7 @@ class Followed:
 
 @dataclass
 class Frontier:
-    """Branches found so far, branch points already used, warnings, and how many branch points are left to use.
+    """Branches and states found so far, branch points already used, warnings, and how many are left to use.
 
     `arrivals` are branch points of symmetric branches at which reversal-broken ones end: (id, number on that branch).
     """
@@ -71,6 +72,7 @@ class Frontier:
     used: list[SpecialPoint] = field(default_factory=list)
     arrivals: list[tuple[Followed, int]] = field(default_factory=list)
     warnings: list[str] = field(default_factory=list)
+    searches: list[Search] = field(default_factory=list)
     pending: int = 0
 
     def add(self, followed: Followed) -> None:
@@ -104,10 +106,11 @@ class Frontier:
 def follow_slice(
     settings: SliceSettings, cache: BranchCache | None = None, progress: Progress | None = None, carry: bool = True
 ) -> Frontier:
-    """All branches in shear that are connected to U, W and the third mode, to TU and TW, and those carried in angle.
+    """All branches in shear that are connected to U, W and the third mode, to TU and TW, and isolated ones.
 
     Branches that are not connected inside the shear range (uUu above 27.7 degrees, say) are reached by following
-    states of reference slices in compression and angle, at fixed shear, unless `carry` is off.
+    states of reference slices in compression and angle, at fixed shear, and by a search for stable states at several
+    shears, unless `carry` is off.
 
     Parameters
     ----------
@@ -129,6 +132,8 @@ def follow_slice(
         frontier.warnings += [f"reference slice: {warning}" for warning in reference.warnings] + warnings
         _follow_seeds(frontier, seeds, settings, cache, say)
         _follow_arrivals(frontier, settings, cache, say)
+    if carry and settings.search:
+        _follow_found(frontier, settings, cache, say)
     return frontier
 
 
@@ -164,6 +169,17 @@ def _follow_twisted(frontier: Frontier, settings: SliceSettings, cache: BranchCa
     frontier.warnings += warnings
     _follow_seeds(frontier, seeds, settings, cache, say)
     _follow_arrivals(frontier, settings, cache, say)
+
+
+def _follow_found(frontier: Frontier, settings: SliceSettings, cache: BranchCache, say: _Reporter) -> None:
+    """The branches of stable states that a search finds and that are on no branch yet, and all connected to them."""
+    for shear in searched_shears(settings):
+        say(f"search at shear {shear:g}")
+        search = search_at(shear, settings, cache)
+        frontier.searches.append(search)
+        seeds = [(f"found@{shear:g}.{k}", state) for k, state in enumerate(search.states, 1)]
+        _follow_seeds(frontier, seeds, settings, cache, say)
+        _follow_arrivals(frontier, settings, cache, say)
 
 
 def _follow_arrivals(frontier: Frontier, settings: SliceSettings, cache: BranchCache, say: _Reporter) -> None:

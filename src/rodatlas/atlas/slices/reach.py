@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from rodatlas.atlas.slices.cache import BranchCache
+from rodatlas.atlas.slices.cache import BranchCache, MemoryCache
 from rodatlas.atlas.slices.coexisting import solve_state
 from rodatlas.atlas.slices.compute import compute_slice
 from rodatlas.atlas.slices.follow import Progress
@@ -46,6 +46,7 @@ def reach(
     """
     wanted, sign = split_name(name)
     covering = _covering(settings, shear)
+    cache = MemoryCache() if cache is None else cache
     found = compute_slice(covering, cache, progress, carry=False)
     state = found.state(wanted, shear)
     if state is None:

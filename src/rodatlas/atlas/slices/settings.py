@@ -10,10 +10,11 @@ from rodatlas import __version__
 from rodatlas.rods.band import bending_ratio, check_number, check_poisson, limiting_shear
 from rodatlas.rods.ends import Ends
 
-ALGORITHM = 2  # raised with every change of the program after which a slice holds something else
+ALGORITHM = 3  # raised with every change of the program after which a slice holds something else
 REFERENCE_ANGLE_DEG = 15.0
 REFERENCE_COMPRESSION = 0.5
 REFERENCE_POISSON = 0.25  # for the twisted states, whose existence depends on it
+MOST_STARTS = 1_000_000
 CARRIED_PARTS = (0.35, 0.45, 0.55, 0.65)  # of the limiting shear
 CARRIED_HIGH_PARTS = (0.72, 0.86)
 
@@ -43,6 +44,8 @@ class SliceSettings:
     poisson : Poisson's ratio, -1 < nu <= 0.5.
     shear_max, shear_min : range of dD, inside the limiting shear.
     tolerance : largest error of a solution at its mesh points, relative to the scale of each unknown.
+    search : starts of the search for stable states at each of some shears (see :mod:`rodatlas.atlas.slices.search`);
+        0 for none.
     """
 
     angle_deg: float
@@ -51,6 +54,7 @@ class SliceSettings:
     shear_max: float = 0.82
     shear_min: float = -0.05
     tolerance: float = 1e-8
+    search: int = 256
 
     def __post_init__(self) -> None:
         check_number("angle", self.angle_deg, 0.0, 89.999999, "degrees with 0 <= angle < 90")
@@ -64,6 +68,8 @@ class SliceSettings:
         )  # fmt: skip
         check_number("shear-min", self.shear_min, -below, 0.0, f"a number between -{limit:.6f} and 0 (included)")
         check_number("tol", self.tolerance, 1e-10, 1e-6, "a number between 1e-10 and 1e-06")
+        if isinstance(self.search, bool) or self.search != int(self.search) or not 0 <= self.search <= MOST_STARTS:
+            raise ValueError(f"search: expected a whole number from 0 to {MOST_STARTS}, got {self.search}")
 
     @property
     def angle(self) -> float:
@@ -108,4 +114,6 @@ class SliceSettings:
     def from_identity(cls, identity: Mapping[str, object]) -> SliceSettings:
         """The settings behind :meth:`identity`, of whatever version."""
         names = {f.name for f in fields(cls)}
-        return cls(**{key: float(value) for key, value in identity.items() if key in names})  # type: ignore[arg-type]
+        numbers = {key: float(value) for key, value in identity.items() if key in names}  # type: ignore[arg-type]
+        search = int(numbers.pop("search", 0.0))
+        return cls(**numbers, search=search)

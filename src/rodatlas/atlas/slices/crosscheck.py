@@ -1,0 +1,34 @@
+"""Named states of a slice against searches that know nothing of branches: each must have been met."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from rodatlas.atlas.slices.coexisting import solve_state
+from rodatlas.atlas.slices.match import same_state
+from rodatlas.atlas.slices.result import State
+from rodatlas.atlas.slices.search import Search, found_states
+from rodatlas.atlas.slices.settings import SliceSettings
+from rodatlas.continuation import Solution
+
+AGAIN = 4  # times as many starts in the second search, made where the first one missed a known state
+
+
+def missed_states(searches: Sequence[Search], states: Sequence[State], settings: SliceSettings) -> list[str]:
+    """Warnings for the named states of a slice that neither the search at a shear nor a longer one has met."""
+    warnings = []
+    for search in searches:
+        here = [s for s in states if s.low.shear < search.shear < s.high.shear]
+        wanted = {s.name: solution for s in here if (solution := solve_state(s, search.shear, settings)) is not None}
+        missed = _without(wanted, search.states)
+        if missed:
+            missed = _without(missed, found_states(search.shear, settings, AGAIN * settings.search, 2))
+        if missed:
+            names = ", ".join(missed)
+            warnings.append(f"the search at shear {search.shear:g} did not meet {names}: raise its number of starts")
+    return warnings
+
+
+def _without(wanted: dict[str, Solution], found: Sequence[Solution]) -> dict[str, Solution]:
+    """Those of some states that are not among others, up to reversal."""
+    return {name: state for name, state in wanted.items() if not any(same_state(state, other) for other in found)}

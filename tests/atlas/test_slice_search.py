@@ -1,0 +1,74 @@
+"""The search for stable states beside the branches: it finds isolated ones alone, and agrees with what is followed."""
+
+import numpy as np
+import pytest
+
+from rodatlas.atlas import FolderCache, SliceSettings, compute_slice
+from rodatlas.atlas.slices import crosscheck, follow
+from rodatlas.atlas.slices.search import Search, search_at, searched_shears
+
+SHEARS = (0.624,)
+
+
+@pytest.fixture(scope="module")
+def alone():
+    """The slice at 30 degrees with nothing carried over: only a search at one shear knows of isolated branches."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(follow, "carried_seeds", lambda *arguments: ([], []))
+        patch.setattr(follow, "searched_shears", lambda settings: SHEARS)
+        return compute_slice(SliceSettings(30.0))
+
+
+def test_isolated_states_are_found_without_being_carried_over(alone, slice_30):
+    """US+- and uUu lie on branches of their own; two independent ways lead to the same ones."""
+    assert alone.warnings == ()
+    assert {s.name for s in alone.states if s.branch.startswith("found@0.624")} == {"US+-", "uUu"}
+    assert [s.name for s in alone.states] == [s.name for s in slice_30.states]
+    for one, two in zip(alone.states, slice_30.states, strict=True):
+        assert one.shear == pytest.approx(two.shear, abs=1e-6)
+        assert [e.number for e in (one.low, one.high)] == [e.number for e in (two.low, two.high)]
+
+
+def test_the_search_meets_every_named_state(slice_15, slice_30):
+    """Warnings would say which it did not; it finds nothing that is not followed."""
+    for found in (slice_15, slice_30):
+        assert found.settings.search > 0
+        assert found.warnings == ()
+        assert not any(b.id.startswith("found") for b in found.branches)
+
+
+def test_a_state_that_the_search_misses_is_said(slice_30, monkeypatch):
+    monkeypatch.setattr(crosscheck, "found_states", lambda *arguments: ())
+    u = slice_30.state("U", 0.26)
+    warnings = crosscheck.missed_states([Search(0.26, ())], [u], slice_30.settings)
+    assert warnings == ["the search at shear 0.26 did not meet U: raise its number of starts"]
+    met = Search(u.solutions[2]["dD"], (u.solutions[2],))
+    assert crosscheck.missed_states([met], [u], slice_30.settings) == []
+
+
+def test_what_was_found_is_kept_for_a_run_that_goes_on(tmp_path, slice_30, monkeypatch):
+    settings = SliceSettings(30.0)
+    states = tuple(slice_30.state(name, 0.7).solutions[0] for name in ("uUu", "US+-"))
+    FolderCache(tmp_path, settings).put_states("search-0.624", states)
+    FolderCache(tmp_path, settings).put_states("search-0.26", ())
+    monkeypatch.setattr("rodatlas.atlas.slices.search.found_states", None)  # nothing is searched again
+    again = search_at(0.624, settings, FolderCache(tmp_path, settings)).states
+    assert [s["energy"] for s in again] == [s["energy"] for s in states]
+    assert np.array_equal(again[0].values, states[0].values)
+    assert search_at(0.26, settings, FolderCache(tmp_path, settings)).states == ()
+    assert len(FolderCache(tmp_path, SliceSettings(30.0, search=64))) == 0
+    FolderCache(tmp_path, settings).put_states("search-0.624", states)
+    path = tmp_path / "search-0.624.h5"
+    path.write_bytes(path.read_bytes()[:1000])
+    with pytest.raises(ValueError, match=r"search-0\.624\.h5: expected"):
+        FolderCache(tmp_path, settings).get_states("search-0.624")
+
+
+def test_shears_that_are_searched_lie_in_the_range():
+    assert searched_shears(SliceSettings(15.0))[0] == 0.0
+    assert all(s <= 0.3 for s in searched_shears(SliceSettings(15.0, shear_max=0.3)))
+    small = searched_shears(SliceSettings(15.0, 0.3, shear_max=0.65))
+    assert max(small) < 0.65
+    for wrong in (-1, 2.5, True):
+        with pytest.raises(ValueError, match="search: expected a whole number from 0 to 1000000, got"):
+            SliceSettings(15.0, search=wrong)
