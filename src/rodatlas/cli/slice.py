@@ -18,9 +18,7 @@ if TYPE_CHECKING:
     from rodatlas.atlas import Slice
 
 
-def run(
-    setting: tuple[str, ...], out: str, json_to: str, fresh: bool, overlay: str = "", band: str = ""
-) -> None:
+def run(setting: tuple[str, ...], out: str, json_to: str, fresh: bool, overlay: str = "", band: str = "") -> None:
     """The command; texts come as typed and are checked here, those of `setting` by `settings_from`."""
     settings = settings_from(*setting)
     measured = read_overlay(overlay, band, settings)
