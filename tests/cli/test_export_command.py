@@ -2,12 +2,14 @@
 
 import json
 
+import numpy as np
 import pandas as pd
 import pytest
 import trimesh
 
 from rodatlas.cli import main
 from rodatlas.continuation import Solution
+from rodatlas.rods import RodState
 
 
 def run(capsys, *arguments):
@@ -27,10 +29,13 @@ def files(slice_15, tmp_path_factory):
     plain.save(folder / "plain.h5")
     (folder / "damaged.h5").write_bytes((folder / "u.h5").read_bytes()[:3000])
     (folder / "text.h5").write_text("hello")
-    state = {"name": "U", "index": 0, "N0": [1.0, 2.0, 3.0], "inflections": {"k1": 2, "tau": 4}}
-    (folder / "states.json").write_text(
-        json.dumps({"schema": "rodatlas/states/1", "angle_deg": 15.0, "shear": 0.1, "states": [state]})
-    )
+    rod = RodState(slice_15.state("US+-", 0.5).solutions[3])
+    state = {"name": "US+", "class": "+", "energy": rod.energy, "N0": rod.force[0].tolist(),
+             "M0": rod.moment[0].tolist(), "inflections": rod.inflections}  # fmt: skip
+    setting = {"angle_deg": 15.0, "compression": 0.5, "shear": rod.solution["dD"]}
+    table = {"schema": "rodatlas/states/1", **setting, "states": [state, state | {"name": None}]}
+    (folder / "states.json").write_text(json.dumps(table))
+    (folder / "wrong.json").write_text(json.dumps(table | {"shear": 0.1}))
     (folder / "other.json").write_text("[1]")
     return folder
 
@@ -70,8 +75,24 @@ def test_one_file_for_each_table_and_shape(capsys, files, tmp_path):
 def test_table_of_found_states(capsys, files, tmp_path):
     code, _, _ = run(capsys, files / "states.json", "--out", tmp_path / "states.csv")
     assert code == 0
-    row = pd.read_csv(tmp_path / "states.csv").iloc[0]
-    assert (row["N0_3"], row["inflections_tau"], row["angle_deg"]) == (3.0, 4, 15.0)
+    row = pd.read_csv(tmp_path / "states.csv", comment="#").iloc[0]
+    assert row["angle_deg"] == 15.0
+    assert row["inflections_tau"] == 4
+    assert row["N0_3"] == pytest.approx(json.loads((files / "states.json").read_text())["states"][0]["N0"][2])
+
+
+def test_shapes_of_found_states(capsys, files, slice_15, tmp_path):
+    """Rebuilt from force and moment at the clamp, they end at the other clamp."""
+    code, _, _ = run(capsys, files / "states.json", "--out", tmp_path / "x.glb")
+    assert code == 0
+    scene = trimesh.load(tmp_path / "x.glb")
+    assert set(scene.geometry) == {"US+", "+2"}
+    known = slice_15.state("US+-", 0.5).solutions[3]
+    mesh = scene.geometry["US+"]
+    ends = np.array([mesh.vertices[:7].mean(axis=0), mesh.vertices[-7:].mean(axis=0)])
+    assert ends == pytest.approx(np.array([[0, 0, -known["dD"]], [0.5, 0, 0]]), abs=1e-5)
+    middle = mesh.vertices.reshape(481, 7, 3)[240, 3]
+    assert middle == pytest.approx([known(0.5, name)[0] for name in "xyz"], abs=1e-5)
 
 
 @pytest.mark.parametrize(
@@ -82,7 +103,9 @@ def test_table_of_found_states(capsys, files, tmp_path):
         ("text.h5", [], "text.h5: expected an HDF5 file written by rodatlas"),
         ("", [], "got a folder"),
         ("other.json", [], "file: expected what 'rodatlas states --json' writes"),
-        ("states.json", ["--format", "stl"], "file: expected an HDF5 file for shapes and single states"),
+        ("states.json", ["--format", "vtp", "--state", "TU+"], "state: expected one of US+, +2, got 'TU+'"),
+        ("states.json", ["--format", "vtp", "--shear", "0"], "shear: expected a shear only for the states of a slice"),
+        ("wrong.json", ["--format", "vtp"], "state: expected N0, M0 of a state at angle 15 and shear 0.1 with energy"),
         ("plain.h5", ["--format", "vtp"], "file: expected the solution of a rod, got one without k1, q0, q1"),
         ("u.h5", ["--format", "obj"], "format: expected one of csv, vtp, glb, stl, got 'obj'"),
         ("u.h5", ["--format", "stl"], "band: expected LENGTHxWIDTHxTHICKNESS in mm for STL"),
@@ -90,8 +113,9 @@ def test_table_of_found_states(capsys, files, tmp_path):
         ("u.h5", ["--format", "vtp", "--width", "1/0"], "width: expected the width over the length"),
         ("u.h5", ["--format", "vtp", "--width", "x"], "width: expected the width over the length, such as 1/80 or"),
         ("u.h5", ["--format", "vtp", "--samples", "2"], "samples: expected a whole number from 3"),
-        ("u.h5", ["--state", "U", "--shear", "0"], "state: expected --state only with the file of a slice"),
-        ("u.h5", ["--shear", "0"], "shear: expected --shear only with the file of a slice"),
+        ("u.h5", ["--state", "U", "--shear", "0"], "shear: expected a shear only for the states of a slice"),
+        ("u.h5", ["--state", "U"], "state: expected a name only for a slice or a search for states, got 'U'"),
+        ("u.h5", ["--shear", "0"], "shear: expected --state beside --shear for a table, got none"),
         ("slice.h5", ["--shear", "0"], "shear: expected --state beside --shear for a table, got none"),
         ("slice.h5", ["--state", "U"], "shear: expected the shear at which U is wanted, got none"),
         ("slice.h5", ["--state", "U", "--shear", "0.7"], "shear: expected one at which U is stable at 15 deg, from -0"),

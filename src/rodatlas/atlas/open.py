@@ -3,21 +3,24 @@
 from __future__ import annotations
 
 import os
+from collections.abc import Callable
 from pathlib import Path
 
 from rodatlas.atlas.loci.result import Loci
 from rodatlas.atlas.slices.result import Slice
 from rodatlas.continuation import Branch, Locus, Solution
+from rodatlas.states.discover import Discovery
+from rodatlas.states.store import load_discovery
 
-Result = Solution | Branch | Locus | Slice | Loci
-KINDS: dict[str, type[Solution] | type[Branch] | type[Locus] | type[Slice] | type[Loci]] = {
-    "rodatlas/solution": Solution, "rodatlas/branch": Branch, "rodatlas/locus": Locus, "rodatlas/slice": Slice,
-    "rodatlas/loci": Loci,
+Result = Solution | Branch | Locus | Slice | Loci | Discovery
+KINDS: dict[str, Callable[[Path], Result]] = {
+    "rodatlas/solution": Solution.load, "rodatlas/branch": Branch.load, "rodatlas/locus": Locus.load,
+    "rodatlas/slice": Slice.load, "rodatlas/loci": Loci.load, "rodatlas/states": load_discovery,
 }  # fmt: skip
 
 
 def open_result(path: str | os.PathLike[str]) -> Result:
-    """The solution, branch, locus, slice or set of loci in an HDF5 file of this program.
+    """The solution, branch, locus, slice, set of loci or found states in an HDF5 file of this program.
 
     Raises
     ------
@@ -40,4 +43,4 @@ def open_result(path: str | os.PathLike[str]) -> Result:
     schema = found.decode() if isinstance(found, bytes) else str(found)
     if schema not in KINDS:
         raise ValueError(f"{expected} {f'the schema {schema!r}' if schema else 'an HDF5 file without a schema'}")
-    return KINDS[schema].load(where)
+    return KINDS[schema](where)

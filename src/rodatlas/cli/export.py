@@ -2,23 +2,21 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from rich.console import Console
 
 from rodatlas.cli.common import note, number, writable_folder
 
 if TYPE_CHECKING:
-    import pandas as pd
-
+    from rodatlas.atlas.contents import StatesTable
+    from rodatlas.atlas.open import Result
     from rodatlas.continuation import Solution
 
 FORMATS = ("csv", "vtp", "glb", "stl")
-STATES = "rodatlas/states/1"
 
 
 @dataclass(frozen=True)
@@ -35,25 +33,16 @@ def run(file: str, form: str, out: str, width: str, band: str, state: str, shear
     """The command; texts come as typed and are checked here."""
     wanted = _format(form, out)
     target = _target(out, wanted)
-    search = Path(file).suffix == ".json"
-    if search and (wanted != "csv" or state or shear):
-        raise ValueError(f"file: expected an HDF5 file for shapes and single states, got '{file}'")
     size, count = _size(width, band, wanted), _samples(samples)
     place = number("shear", shear) if shear else None
-    if search:
-        written = _tables({"": _states_frame(Path(file))}, [], target, size)
-    else:
-        from rodatlas.atlas.open import open_result
+    from rodatlas.atlas.contents import read_states_table
+    from rodatlas.atlas.open import open_result
 
-        found: Any = open_result(file)
-        if state:
-            found = _chosen(found, file, state, place)
-        elif place is not None:
-            _check_shear(found, file, wanted)
-        if wanted == "csv":
-            written = _tables(*_frames(found, file, count), target, size)
-        else:
-            written = _shapes(_solutions(found, file, place), wanted, target, size, count)
+    found = read_states_table(file) if Path(file).suffix == ".json" else open_result(file)
+    if wanted == "csv":
+        written = _tables(found, state, place, target, size, count)
+    else:
+        written = _shapes(_solutions(found, state, place), wanted, target, size, count)
     Console().print("wrote " + ", ".join(map(str, written)), highlight=False, soft_wrap=True, markup=False)
 
 
@@ -94,78 +83,18 @@ def _samples(text: str) -> int:
     return int(text)
 
 
-def _chosen(found: Any, file: str, state: str, place: float | None) -> Solution:
-    """One state of a slice."""
-    from rodatlas.atlas.slices.pick import pick_state
-    from rodatlas.atlas.slices.result import Slice
-
-    if not isinstance(found, Slice):
-        raise ValueError(f"state: expected --state only with the file of a slice, got {found!r} in {file}")
-    if place is None:
-        raise ValueError(f"shear: expected the shear at which {state} is wanted, got none")
-    return pick_state(found, state, place)
-
-
-def _check_shear(found: Any, file: str, wanted: str) -> None:
-    """A shear without the name of a state is for shapes of a slice."""
-    from rodatlas.atlas.slices.result import Slice
-
-    if not isinstance(found, Slice):
-        raise ValueError(f"shear: expected --shear only with the file of a slice, got {found!r} in {file}")
-    if wanted == "csv":
-        raise ValueError("shear: expected --state beside --shear for a table, got none")
-
-
-def _frames(found: Any, file: str, samples: int) -> tuple[Mapping[str, pd.DataFrame], list[str]]:
-    """Tables by name and comment lines for them; the name of a single table is empty."""
-    from rodatlas.atlas import Loci, Slice
-    from rodatlas.continuation import Solution
-    from rodatlas.plot.exports import loci_tables, slice_tables, solution_table
-    from rodatlas.plot.exports.tables import UNITS
-
-    if isinstance(found, Solution):
-        frame, comments = solution_table(found, samples)
-        return {"": frame}, comments
-    if isinstance(found, Slice):
-        settings = ", ".join(f"{key} = {value}" for key, value in found.settings.identity().items())
-        return slice_tables(found), [settings, UNITS]
-    if isinstance(found, Loci):
-        settings = ", ".join(f"{key} = {value}" for key, value in found.settings.identity().items())
-        return loci_tables(found), [settings, UNITS]
-    return {"": found.to_frame()}, [f"from {file}"]
-
-
-def _states_frame(path: Path) -> pd.DataFrame:
-    """The table of what `rodatlas states --json` wrote."""
-    import pandas as pd
-
-    expected = f"file: expected what 'rodatlas states --json' writes (schema {STATES}), got"
-    try:
-        data = json.loads(path.read_text(encoding="utf-8"))
-    except OSError as error:
-        raise ValueError(f"{expected} '{path}' ({error.strerror})") from None
-    except ValueError as error:
-        raise ValueError(f"{expected} '{path}', which is not JSON ({error})") from None
-    if not isinstance(data, dict) or data.get("schema") != STATES:
-        raise ValueError(f"{expected} '{path}' with {data.get('schema') if isinstance(data, dict) else 'a list'!r}")
-    rows = []
-    for entry in data["states"]:
-        row = {key: data[key] for key in ("angle_deg", "compression", "shear") if key in data}
-        for key, value in entry.items():
-            if isinstance(value, list):
-                row |= {f"{key}_{i + 1}": x for i, x in enumerate(value)}
-            elif isinstance(value, dict):
-                row |= {f"{key}_{inner}": x for inner, x in value.items()}
-            else:
-                row[key] = value
-        rows.append(row)
-    return pd.DataFrame(rows)
-
-
-def _tables(frames: Mapping[str, pd.DataFrame], comments: Sequence[str], target: Path, size: Size) -> list[Path]:
+def _tables(
+    found: Result | StatesTable, state: str, place: float | None, target: Path, size: Size, samples: int
+) -> list[Path]:
     """Write tables: a single one into the target, several beside each other with their names added."""
+    from rodatlas.atlas.contents import shapes_of, tables_of
     from rodatlas.plot.exports import with_millimeters, write_csv
 
+    if state:
+        (found,) = shapes_of(found, state, place).values()
+    elif place is not None:
+        raise ValueError("shear: expected --state beside --shear for a table, got none")
+    frames, comments = tables_of(found, samples)
     written = []
     for name, frame in frames.items():
         table = with_millimeters(frame, size.length) if size.unit == "mm" else frame
@@ -174,21 +103,16 @@ def _tables(frames: Mapping[str, pd.DataFrame], comments: Sequence[str], target:
     return written
 
 
-def _solutions(found: Any, file: str, place: float | None) -> dict[str, Solution]:
-    """The shapes to write, by name: that of a solution, or the coexisting stable states of a slice."""
-    from rodatlas.atlas import Slice, coexisting_states, richest_shear
-    from rodatlas.continuation import Solution
+def _solutions(found: Result | StatesTable, state: str, place: float | None) -> dict[str, Solution]:
+    """The shapes to write, by name."""
+    from rodatlas.atlas import Slice
+    from rodatlas.atlas.contents import shapes_of
 
-    if isinstance(found, Solution):
-        if missing := {"q0", "q1", "q2", "q3", "x", "y", "z", "k1", "tau"} - set(found.unknowns):
-            raise ValueError(f"file: expected the solution of a rod, got one without {', '.join(sorted(missing))}")
-        return {"": found}
-    if not isinstance(found, Slice):
-        raise ValueError(f"file: expected a solution or a slice for shapes, got {found!r} in {file}")
-    if place is None:
-        place = richest_shear(found.states)
-        note(f"shear {place:g}, where most stable states coexist (--shear chooses another)")
-    return coexisting_states(found, place)
+    shapes = shapes_of(found, state, place)
+    if isinstance(found, Slice) and not state and place is None:
+        shear = next(iter(shapes.values()))["dD"]
+        note(f"shear {shear:g}, where most stable states coexist (--shear chooses another)")
+    return shapes
 
 
 def _shapes(solutions: Mapping[str, Solution], wanted: str, target: Path, size: Size, samples: int) -> list[Path]:
@@ -207,7 +131,7 @@ def _shapes(solutions: Mapping[str, Solution], wanted: str, target: Path, size: 
         return [write_glb(target, meshes, 1e-3 if size.unit == "mm" else 1.0)]
     written: list[Path] = []
     for name, surface in surfaces.items():
-        path = _beside(target, name, written)
+        path = _beside(target, name, written) if len(surfaces) > 1 else target
         if wanted == "vtp":
             fields = point_fields(solutions[name], surface.s, size.length, size.unit)
             written.append(write_vtp(path, sheet(surface, size.length), fields))

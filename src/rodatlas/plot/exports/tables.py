@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -65,6 +65,24 @@ def loci_tables(loci: Any) -> dict[str, pd.DataFrame]:
     if rows:
         points["number"] = points["number"].astype("Int64")  # keeps whole numbers beside missing ones
     return {"events": events, "points": points}
+
+
+def states_table(data: Mapping[str, Any]) -> pd.DataFrame:
+    """A row for each state of the object that `rodatlas states --json` prints; N0_1 .. M0_3, inflections_k1 .."""
+    import pandas as pd
+
+    rows = []
+    for entry in data["states"]:
+        row = {key: data[key] for key in ("angle_deg", "compression", "shear") if key in data}
+        for key, value in entry.items():
+            if isinstance(value, list):
+                row |= {f"{key}_{i}": x for i, x in enumerate(value, 1)}
+            elif isinstance(value, dict):
+                row |= {f"{key}_{inner}": x for inner, x in value.items()}
+            else:
+                row[key] = value
+        rows.append(row)
+    return pd.DataFrame(rows)
 
 
 LENGTHS = ("s", "x", "y", "z", "shear", "height", "shear_low", "shear_high", "height_low", "height_high", "dL", "dD")

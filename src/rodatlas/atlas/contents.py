@@ -1,0 +1,138 @@
+"""What is in a result, for other programs: tables, and shapes by name."""
+
+from __future__ import annotations
+
+import json
+import os
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from rodatlas.atlas.loci.result import Loci
+from rodatlas.atlas.open import Result
+from rodatlas.atlas.slices.coexisting import coexisting_states, richest_shear
+from rodatlas.atlas.slices.pick import pick_state
+from rodatlas.atlas.slices.result import Slice
+from rodatlas.continuation import Solution
+from rodatlas.rods.ends import Ends
+from rodatlas.states.discover import Discovery
+from rodatlas.states.rebuild import rebuilt
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+STATES = "rodatlas/states/1"
+SHAPE = frozenset({"q0", "q1", "q2", "q3", "x", "y", "z", "k1", "tau"})
+
+
+@dataclass(frozen=True)
+class StatesTable:
+    """What `rodatlas states --json` wrote: the object with its list of states."""
+
+    data: Mapping[str, Any]
+
+    def __repr__(self) -> str:
+        return f"StatesTable({len(self.data['states'])} states at {self.data.get('angle_deg')} deg)"
+
+
+def read_states_table(path: str | os.PathLike[str]) -> StatesTable:
+    """Read what `rodatlas states --json` wrote.
+
+    Raises
+    ------
+    ValueError
+        one line, when the file is missing, or no JSON, or holds something else.
+    """
+    expected = f"file: expected what 'rodatlas states --json' writes (schema {STATES}), got"
+    try:
+        data = json.loads(Path(path).read_text(encoding="utf-8"))
+    except OSError as error:
+        raise ValueError(f"{expected} '{path}' ({error.strerror})") from None
+    except ValueError as error:
+        raise ValueError(f"{expected} '{path}', which is not JSON ({error})") from None
+    found = data.get("schema") if isinstance(data, dict) else type(data).__name__
+    if found != STATES or not isinstance(data.get("states"), list):
+        raise ValueError(f"{expected} '{path}' with {found!r}")
+    return StatesTable(data)
+
+
+def tables_of(result: Result | StatesTable, samples: int) -> tuple[dict[str, pd.DataFrame], list[str]]:
+    """Tables by name, '' for a single one, and comment lines for them.
+
+    Parameters
+    ----------
+    samples : rows of the table of a solution.
+    """
+    from rodatlas.plot.exports.tables import UNITS, loci_tables, slice_tables, solution_table, states_table
+
+    if isinstance(result, Solution):
+        frame, comments = solution_table(result, samples)
+        return {"": frame}, comments
+    if isinstance(result, Discovery):
+        return {"": states_table(result.to_json())}, [UNITS]
+    if isinstance(result, StatesTable):
+        return {"": states_table(result.data)}, [UNITS]
+    if isinstance(result, Slice | Loci):
+        settings = ", ".join(f"{key} = {value}" for key, value in result.settings.identity().items())
+        tables = slice_tables(result) if isinstance(result, Slice) else loci_tables(result)
+        return tables, [settings, UNITS]
+    return {"": result.to_frame()}, [UNITS]
+
+
+def shapes_of(result: Result | StatesTable, state: str = "", shear: float | None = None) -> dict[str, Solution]:
+    """Shapes of rods by name, '' for that of a solution.
+
+    Parameters
+    ----------
+    state : name of one of the states; all when empty.
+    shear : of a slice, where its states are wanted; that at which the most coexist by default.
+
+    Raises
+    ------
+    ValueError
+        when there is no such state or shape.
+    """
+    if isinstance(result, Slice):
+        if state:
+            if shear is None:
+                raise ValueError(f"shear: expected the shear at which {state} is wanted, got none")
+            return {state: pick_state(result, state, shear)}
+        return coexisting_states(result, richest_shear(result.states) if shear is None else shear)
+    if shear is not None:
+        raise ValueError(f"shear: expected a shear only for the states of a slice, got {shear:g} with {result!r}")
+    if isinstance(result, Discovery | StatesTable):
+        return _of_states(result, state)
+    if state:
+        raise ValueError(f"state: expected a name only for a slice or a search for states, got '{state}'")
+    if not isinstance(result, Solution):
+        raise ValueError(f"file: expected a solution, a slice or found states for shapes, got {result!r}")
+    if missing := SHAPE - set(result.unknowns):
+        raise ValueError(f"file: expected the solution of a rod, got one without {', '.join(sorted(missing))}")
+    return {"": result}
+
+
+def _of_states(result: Discovery | StatesTable, wanted: str) -> dict[str, Solution]:
+    """States of a search by name; those without one are called by their class and place in the table: '+5'."""
+    data: Mapping[str, Any] = result.to_json() if isinstance(result, Discovery) else result.data
+    found: dict[str, Any] = {}
+    for i, entry in enumerate(data["states"], 1):
+        called = entry.get("name") or f"{entry.get('class', '')}{i}"
+        found[f"{called}-{i}" if called in found else called] = i - 1
+    if wanted and wanted not in found:
+        raise ValueError(f"state: expected one of {', '.join(found)}, got '{wanted}'")
+    kept = {name: at for name, at in found.items() if not wanted or name == wanted}
+    if isinstance(result, Discovery):
+        return {name: result.states[at].solution for name, at in kept.items()}
+    return {name: _rebuilt(data, data["states"][at]) for name, at in kept.items()}
+
+
+def _rebuilt(data: Mapping[str, Any], entry: Mapping[str, Any]) -> Solution:
+    try:
+        ends = Ends(float(data["angle_deg"]), float(data["compression"]), float(data["shear"]))
+        force, moment, energy = entry["N0"], entry["M0"], float(entry["energy"])
+        poisson = float(data.get("poisson", 0.25))
+    except (KeyError, TypeError) as error:
+        raise ValueError(f"file: expected angle_deg, compression, shear, and N0, M0, energy of each state, got none of "
+                         f"{error}") from None  # fmt: skip
+    return rebuilt(ends, force, moment, energy, poisson)

@@ -1,0 +1,63 @@
+"""The whole state from what a table of states keeps of it: force and moment at the left clamp."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from rodatlas.continuation import MeshControl, NotConverged, Solution, TraceOptions, solve
+from rodatlas.rods.band import bending_ratio
+from rodatlas.rods.ends import Ends
+from rodatlas.rods.kinematics import directors, quaternion_rate
+from rodatlas.rods.perfectly_anisotropic import UNKNOWNS, rod_problem
+
+POINTS = 65
+CLOSE = 1e-5  # relative difference of the energy beyond which another state was found
+
+
+def rebuilt(
+    ends: Ends, force: Sequence[float], moment: Sequence[float], energy: float, poisson: float = 0.25,
+    tolerance: float = 1e-8,
+) -> Solution:  # fmt: skip
+    """Integrate from the left clamp, and solve the boundary value problem from there.
+
+    Parameters
+    ----------
+    force, moment : body components N(0) [GJ/L^2] and M(0) [GJ/L], (3,) each.
+    energy : of the state [GJ/L], to be found again.
+
+    Raises
+    ------
+    ValueError
+        when no state of that energy results: the numbers are not those of a state at these ends.
+    """
+    from scipy.integrate import solve_ivp
+
+    a = bending_ratio(poisson)
+    c, s = np.cos(0.5 * ends.angle) / np.sqrt(2.0), np.sin(0.5 * ends.angle) / np.sqrt(2.0)
+    n1, n2, n3, m1, m2, m3 = (*map(float, force), *map(float, moment))
+    start = np.array([n1, n2, n3, m2, m1 / a, m3, c, -s, c, s, 0.0, 0.0, -ends.shear])
+
+    def rate(_: float, u: np.ndarray) -> np.ndarray:
+        """Balance and kinematics, the equations of :func:`rodatlas.rods.rod_problem`."""
+        f1, f2, f3, m, k, t = u[:6]
+        strain = [f2 * t, f3 * k - f1 * t, -f2 * k, (1.0 - a) * k * t - f1, (m * t + f2) / a, -m * k]
+        q = u[6:10]
+        return np.array([*strain, *quaternion_rate(list(q), k, 0.0, t), *directors(q)[2]])
+
+    at = np.linspace(0.0, 1.0, POINTS)
+    run = solve_ivp(rate, (0.0, 1.0), start, method="DOP853", t_eval=at, rtol=1e-11, atol=1e-11)
+    where = f"angle {ends.angle_deg:g} and shear {ends.shear:g}"
+    wrong = f"state: expected N0, M0 of a state at {where} with energy {energy:g}"
+    if not run.success or not np.isfinite(run.y).all():
+        raise ValueError(f"{wrong}, got a curve that cannot be integrated ({run.message})")
+    parameters = {"a": a, "psi0": ends.angle, "dL": ends.compression, "dD": ends.shear}
+    guess = Solution.from_values(at, run.y.T, UNKNOWNS, parameters)
+    try:
+        found = solve(rod_problem(), guess, ("dD",), TraceOptions(mesh=MeshControl(tolerance=tolerance)))
+    except NotConverged as error:
+        raise ValueError(f"{wrong}, got numbers from which none is reached ({error})") from None
+    if abs(found["energy"] - energy) > CLOSE * max(1.0, energy):
+        raise ValueError(f"{wrong}, got one of {found['energy']:g} (is Poisson's ratio {poisson:g}?)")
+    return found
