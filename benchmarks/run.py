@@ -1,8 +1,9 @@
-"""Benchmarks: a branch and two loci by rodatlas, AUTO-07p and SciPy in one run, in turn, one thread each.
+"""Benchmarks: a branch and two loci by rodatlas, AUTO-07p and SciPy in one run, in turn, one thread each; slices by one
+and by two processes.
 
 Started by `make bench` with the project's interpreter. The peers live in `.venv-bench`, which is made on the first
-run; a peer that cannot be had here is named and left out. Prints the reports and writes `results/u_branch.txt` and
-`results/loci.txt`.
+run; a peer that cannot be had here is named and left out. Prints the reports and writes `results/u_branch.txt`,
+`results/loci.txt` and `results/scaling.txt`.
 """
 
 import argparse
@@ -14,6 +15,7 @@ from pathlib import Path
 import environment
 import report
 import report_loci
+import report_scaling
 
 HERE = Path(__file__).resolve().parent
 SCIPY = HERE / "peers" / "scipy_u_branch.py"
@@ -63,7 +65,16 @@ def locus_programs(work, notes):
     return found
 
 
-BENCHMARKS = {"u_branch": (branch_programs, report.text), "loci": (locus_programs, report_loci.text)}
+def scaling_programs(work, notes):
+    """Studies by one and by two processes, as :func:`branch_programs`; no peer does this."""
+    return {"rodatlas": (sys.executable, HERE / "rodatlas_scaling.py")}
+
+
+BENCHMARKS = {
+    "u_branch": (branch_programs, report.text),
+    "loci": (locus_programs, report_loci.text),
+    "scaling": (scaling_programs, report_scaling.text),
+}
 
 
 def measure(programs, rounds, notes):
