@@ -1,5 +1,8 @@
 """Study files: combinations, grids, and errors that name the place of each wrong value."""
 
+import re
+import tomllib
+from collections import Counter
 from pathlib import Path
 
 import pytest
@@ -7,6 +10,7 @@ import pytest
 from rodatlas.atlas import LociSettings, SliceSettings
 from rodatlas.atlas.study import StatesSettings, Study
 from rodatlas.atlas.study.cluster_settings import ClusterSettings
+from rodatlas.atlas.study.studyfile import parse_study
 
 EXAMPLES = sorted((Path(__file__).parents[3] / "examples/studies").glob("*.toml"))
 
@@ -118,6 +122,22 @@ def test_a_file_that_is_not_there_is_named(tmp_path):
 @pytest.mark.parametrize("path", EXAMPLES, ids=lambda p: p.name)
 def test_examples_are_right(path):
     assert len(Study.load(path).tasks) >= 4
+
+
+@pytest.mark.parametrize("name", ["studies.md", "cluster.md"])
+def test_what_the_pages_show_is_right(name):
+    page = (Path(__file__).parents[3] / "docs/atlas" / name).read_text(encoding="utf-8")
+    (text,) = re.findall(r"^```toml\n(.*?)^```$", page, re.DOTALL | re.MULTILINE)
+    study = parse_study({"slices": [{"angle": 15}]} | tomllib.loads(text), name)
+    if name == "studies.md":
+        kinds = Counter(t.kind.name for t in study.tasks)
+        assert (kinds["states"], kinds["loci"]) == (5, 3)
+        assert kinds["slice"] == 15 + 3 - 1 + 3 * 3 - 1  # with those on which the loci start
+    else:
+        assert study.cluster == ClusterSettings(
+            "slurm", 4, 8, "16GB", "02:00:00", "normal", "project", "ib0", ("--constraint=skylake",),
+            ("module load python/3.11",), "/local/scratch",
+        )  # fmt: skip
 
 
 def test_there_are_examples():
