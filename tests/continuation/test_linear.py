@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import time
 from dataclasses import replace
 
 import numpy as np
@@ -367,3 +368,17 @@ def test_components_are_those_of_the_graph(size: int, density: float, seed: int)
     paths = np.linalg.matrix_power(np.eye(size, dtype=int) + (graph.toarray() > 0), size) > 0
     for i, c in enumerate(sp.components):
         assert sp.reach[sp.reach_ptr[i] : sp.reach_ptr[i + 1]].tolist() == np.flatnonzero(paths[c[0]]).tolist()
+
+
+@pytest.mark.parametrize(("misses", "told"), [({}, False), ({"signature": 1}, True)])
+def test_only_a_compilation_is_called_one(misses, told, monkeypatch, capsys):
+    """A busy machine that takes long to load compiled kernels says nothing."""
+    from types import SimpleNamespace
+
+    from rodatlas.continuation import linear_numba
+
+    kernel = SimpleNamespace(stats=SimpleNamespace(cache_misses=misses))
+    monkeypatch.setattr(linear_numba, "kernels", lambda: SimpleNamespace(factor=kernel, constant=3))
+    with linear_numba.FirstCompile(patience=0.0) as _:
+        time.sleep(0.2)
+    assert ("compiling the solver" in capsys.readouterr().err) is told

@@ -22,7 +22,8 @@ def kernels() -> ModuleType:
 
 
 class FirstCompile:
-    """Context that prints one line on stderr when what it encloses takes longer than `patience` seconds."""
+    """Context that prints one line on stderr when a kernel is being compiled in it, rather than loaded from the cache,
+    and that takes longer than `patience` seconds."""
 
     def __init__(self, patience: float = 1.5):
         self._timer = threading.Timer(patience, self._say)
@@ -30,6 +31,9 @@ class FirstCompile:
 
     @staticmethod
     def _say() -> None:
+        counts = [f.stats.cache_misses for f in vars(kernels()).values() if hasattr(f, "stats")]
+        if not any(any(misses.values()) for misses in counts):
+            return  # the machine is busy, no more
         print("compiling the solver (once per installation, about 15 s) ...", file=sys.stderr, flush=True)
 
     def __enter__(self) -> None:
