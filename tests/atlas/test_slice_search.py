@@ -42,6 +42,7 @@ def test_a_state_that_the_search_misses_is_said(slice_30, monkeypatch):
     u = slice_30.state("U", 0.26)
     warnings = crosscheck.missed_states([Search(0.26, ())], [u], slice_30.settings)
     assert warnings == ["the search at shear 0.26 did not meet U: raise its number of starts"]
+    assert crosscheck.missed_states([Search(u.high.shear - 1e-3, ())], [u], slice_30.settings) == []  # next to its end
     met = Search(u.solutions[2]["dD"], (u.solutions[2],))
     assert crosscheck.missed_states([met], [u], slice_30.settings) == []
 

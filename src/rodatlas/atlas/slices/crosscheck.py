@@ -10,15 +10,18 @@ from rodatlas.atlas.slices.result import State
 from rodatlas.atlas.slices.search import Search, found_states
 from rodatlas.atlas.slices.settings import SliceSettings
 from rodatlas.continuation import Solution
+from rodatlas.rods.band import limiting_shear
 
+MARGIN = 0.01  # of the limiting shear: nearer to its ends a state attracts hardly any start
 AGAIN = 4  # times as many starts in the second search, made where the first one missed a known state
 
 
 def missed_states(searches: Sequence[Search], states: Sequence[State], settings: SliceSettings) -> list[str]:
     """Warnings for the named states of a slice that neither the search at a shear nor a longer one has met."""
     warnings = []
+    margin = MARGIN * limiting_shear(settings.compression)
     for search in searches:
-        here = [s for s in states if s.low.shear < search.shear < s.high.shear]
+        here = [s for s in states if s.low.shear + margin < search.shear < s.high.shear - margin]
         wanted = {s.name: solution for s in here if (solution := solve_state(s, search.shear, settings)) is not None}
         missed = _without(wanted, search.states)
         if missed:
