@@ -15,12 +15,15 @@ def run(capsys, *arguments):
 
 
 def test_json_alone_on_stdout(capsys):
-    code, out, err = run(capsys, "--width", "30", "--modulus", "4.5", "--json", "-")
+    code, out, err = run(capsys, "--width", "30", "--modulus", "4.5", "--density", "1390", "--json", "-")
     assert code == 0
     data = json.loads(out)
     assert data["schema"] == "rodatlas/band/1"
     assert data["limiting_shear"] == pytest.approx(0.75)
     assert data["narrow_band_model"] == "does not hold"
+    assert data["weight"] == pytest.approx(data["weight_N"] / data["force_N"])
+    force = data["weight_over_force"] * data["width_checks"][0]["force"]
+    assert force == pytest.approx(data["weight"])
     assert "180.000 mm" in err
 
 
@@ -31,6 +34,7 @@ def test_json_alone_on_stdout(capsys):
         (["--width", "0"], "band width: expected a positive length, got 0.0"),
         (["--thickness", "inf"], "band thickness: expected a positive length, got inf"),
         (["--modulus", "-1"], "modulus: expected a positive Young's modulus in GPa, got -1.0"),
+        (["--density", "0"], "density: expected a positive density in kg/m^3, got 0.0"),
         (["--compression", "1"], "compression: expected a number between 0 and 1 (exclusive), got 1.0"),
         (["--poisson", "0.6"], "poisson: expected a number with -1 < nu <= 0.5, got 0.6"),
         (["--angle", "95"], "angle: expected degrees with 0 <= angle < 90, got 95.0"),

@@ -67,6 +67,19 @@ def test_euler_load_in_newtons():
     assert load * units.force == pytest.approx(4 * math.pi**2 * 4500 * 60 * 0.127**3 / 12 / 240**2, rel=1e-9)
 
 
+def test_weight_of_a_polyester_band():
+    """1390 kg/m^3: 240 x 3 x 0.127 mm weigh 0.127 g; as a force of the program rho g L^3/(lambda mu t^2)."""
+    band = Band(240.0, 3.0, 0.127)
+    units = BandUnits(band, young=4.5, density=1390.0)
+    assert units.weight_newton == pytest.approx(0.1271e-3 * 9.80665, rel=1e-4)
+    shear_modulus = 4.5e9 / 2.5
+    thin = 1390.0 * 9.80665 * 0.24**3 / (band.torsion_factor * shear_modulus * 0.127e-3**2)
+    assert units.weight == pytest.approx(thin, rel=1e-12)
+    assert BandUnits(Band(240.0, 60.0, 0.127), young=4.5, density=1390.0).weight == pytest.approx(thin, rel=0.03)
+    with pytest.raises(ValueError, match=r"^density: expected kg/m\^3"):
+        _ = BandUnits(band, young=4.5).weight
+
+
 def test_forces_need_a_modulus():
     with pytest.raises(ValueError, match=r"^modulus: expected Young's modulus in GPa"):
         _ = BandUnits(Band()).force

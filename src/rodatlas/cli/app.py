@@ -122,6 +122,7 @@ def band_command(
     compression: Compression = "0.5",
     poisson: Poisson = "0.25",
     modulus: Annotated[str, typer.Option(help="Young's modulus in GPa, for forces and moments.")] = "",
+    density: Annotated[str, typer.Option(help="Density in kg/m³, for the weight.")] = "",
     angle: Annotated[str, typer.Option(help="Clamp angle in degrees at which width and errors are judged.")] = "15",
     angle_error: Annotated[str, typer.Option("--angle-error", help="Of the clamps, in degrees.")] = "1",
     displacement_error: Annotated[str, typer.Option("--displacement-error", help="Of the clamps, in mm.")] = "0.5",
@@ -131,7 +132,7 @@ def band_command(
     from rodatlas.cli.band import run
 
     errors = (angle_error, displacement_error)
-    run((length, width, thickness), compression, poisson, modulus, angle, errors, json_to)
+    run((length, width, thickness), compression, poisson, (modulus, density), angle, errors, json_to)
 
 
 @app.command("paper")

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 
 def run(
-    dimensions: tuple[str, str, str], compression: str, poisson: str, modulus: str, angle: str,
+    dimensions: tuple[str, str, str], compression: str, poisson: str, material: tuple[str, str], angle: str,
     errors: tuple[str, str], json_to: str,
 ) -> None:  # fmt: skip
     """The command; texts come as typed and are checked here.
@@ -25,6 +25,7 @@ def run(
     Parameters
     ----------
     dimensions : length, width and thickness in mm.
+    material : Young's modulus in GPa and density in kg/m^3; empty where not known.
     errors : of the clamps, in degrees and mm.
     """
     from rodatlas.rods.band import Band, check_number
@@ -33,8 +34,10 @@ def run(
     names = ("length", "width", "thickness")
     length, width, thickness = (number(name, text) for name, text in zip(names, dimensions, strict=True))
     band = Band(length, width, thickness, number("poisson", poisson))
-    young = number("modulus", modulus) if modulus else None
-    units = BandUnits(band, number("compression", compression), young)
+    young, density = (
+        number(name, text) if text else None for name, text in zip(("modulus", "density"), material, strict=True)
+    )
+    units = BandUnits(band, number("compression", compression), young, density)
     angle_error, displacement_error = errors
     clamps = ClampErrors(number("angle-error", angle_error), number("displacement-error", displacement_error))
     degrees = check_number("angle", number("angle", angle), 0.0, 89.999999, "degrees with 0 <= angle < 90")
@@ -79,11 +82,16 @@ def _mechanical(report: BandReport) -> list[tuple[str, str]]:
     u = report.units
     if u.young is None:
         return [("force, moment", "need --modulus (Young's, in GPa)")]
-    return [
+    rows = [
         ("GJ", f"{u.twisting_stiffness:.5g} N mm²"),
         ("force GJ/L²", f"{u.force:.5g} N"),
         ("moment GJ/L", f"{u.moment:.5g} N mm; energy {u.moment:.5g} mJ"),
     ]
+    if u.density is not None:
+        part = u.weight / report.checks[0].force
+        rows.append(("weight", f"{u.weight:.4g} GJ/L² = {u.weight_newton:.4g} N, {part:.0%} of the force in U at rest; "
+                     f"the model here has none"))  # fmt: skip
+    return rows
 
 
 def _errors(report: BandReport) -> list[tuple[str, str]]:

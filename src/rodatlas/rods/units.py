@@ -7,6 +7,8 @@ from dataclasses import dataclass
 
 from rodatlas.rods.band import Band, check_between, limiting_shear
 
+STANDARD_GRAVITY = 9.80665  # m/s^2
+
 
 @dataclass(frozen=True)
 class BandUnits:
@@ -25,16 +27,20 @@ class BandUnits:
     band : length, width and thickness in mm.
     compression : dL.
     young : Young's modulus in GPa; None when only lengths matter.
+    density : in kg/m^3; None when weight does not matter.
     """
 
     band: Band
     compression: float = 0.5
     young: float | None = None
+    density: float | None = None
 
     def __post_init__(self) -> None:
         check_between("compression", self.compression, 0.0, 1.0, "a number between 0 and 1 (exclusive)")
         if self.young is not None:
             check_between("modulus", self.young, 0.0, math.inf, "a positive Young's modulus in GPa")
+        if self.density is not None:
+            check_between("density", self.density, 0.0, math.inf, "a positive density in kg/m^3")
 
     @property
     def limit(self) -> float:
@@ -71,6 +77,21 @@ class BandUnits:
     def moment(self) -> float:
         """GJ/L [N mm]: a moment or an energy of the program times this is in N mm or mJ."""
         return self.twisting_stiffness / self.band.length
+
+
+    @property
+    def weight_newton(self) -> float:
+        """Weight of the band between the clamps [N]."""
+        if self.density is None:
+            raise ValueError("density: expected kg/m^3, which the weight needs, got none")
+        band = self.band
+        return 1e-9 * self.density * STANDARD_GRAVITY * band.length * band.width * band.thickness
+
+    @property
+    def weight(self) -> float:
+        r"""Weight in the unit of the program's forces, :math:`\rho g D t L^3/GJ` [GJ/L^2]: where it is not small
+        against the forces of a state, gravity matters."""
+        return self.weight_newton / self.force
 
 
 @dataclass(frozen=True)

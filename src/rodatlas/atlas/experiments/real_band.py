@@ -30,11 +30,13 @@ class WidthCheck:
     ----------
     shear : dD [L]. added : energy that the width adds, as a part of the energy.
     strain : largest bending strain at the faces, t max|kappa1|/2.
+    force : size of the force in the rod [GJ/L^2].
     """
 
     shear: float
     added: float
     strain: float
+    force: float
 
 
 @dataclass(frozen=True)
@@ -99,11 +101,17 @@ class BandReport:
                 "per_compression": self.slopes and self.slopes.compression,
                 "error": self.bifurcation_error,
             },
-            "width_checks": [{"shear": c.shear, "added_energy": c.added, "strain": c.strain} for c in self.checks],
+            "width_checks": [
+                {"shear": c.shear, "added_energy": c.added, "strain": c.strain, "force": c.force} for c in self.checks
+            ],
             "narrow_band_model": self.verdict,
         }  # fmt: skip
         if u.young is not None:
             out |= {"modulus_GPa": u.young, "force_N": u.force, "moment_Nmm": u.moment, "energy_mJ": u.moment}
+        if u.density is not None:
+            out |= {"density_kg_m3": u.density, "weight_N": u.weight_newton}
+        if u.young is not None and u.density is not None:
+            out |= {"weight": u.weight, "weight_over_force": u.weight / self.checks[0].force}
         return out
 
 
@@ -124,10 +132,11 @@ def band_report(units: BandUnits, errors: ClampErrors, angle_deg: float = 15.0) 
 
 
 def _check(solution: Solution, units: BandUnits) -> WidthCheck:
-    """The width's part in the energy of a state, and its largest strain."""
+    """The width's part in the energy of a state, its largest strain, and its force."""
     kappa = float(np.abs(solution.stages[..., solution.unknowns.index("k1")]).max())
     strain = 0.5 * units.from_mm(units.band.thickness) * kappa
-    return WidthCheck(solution["dD"], width_effect(solution, units.band), strain)
+    force = float(np.linalg.norm([solution[name][0] for name in ("N1", "N2", "N3")]))
+    return WidthCheck(solution["dD"], width_effect(solution, units.band), strain, force)
 
 
 def _first_bifurcation(start: Solution, units: BandUnits) -> tuple[float | None, Sensitivity | None]:
