@@ -1,9 +1,8 @@
 """Benchmarks: a branch and two loci by rodatlas, AUTO-07p and SciPy in one run, in turn, one thread each; slices by one
-and by two processes.
+and by two processes; and the search for states.
 
 Started by `make bench` with the project's interpreter. The peers live in `.venv-bench`, which is made on the first
-run; a peer that cannot be had here is named and left out. Prints the reports and writes `results/u_branch.txt`,
-`results/loci.txt` and `results/scaling.txt`.
+run; a peer that cannot be had here is named and left out. Prints the reports and writes them to `results/`.
 """
 
 import argparse
@@ -16,6 +15,7 @@ import environment
 import report
 import report_loci
 import report_scaling
+import report_states
 
 HERE = Path(__file__).resolve().parent
 SCIPY = HERE / "peers" / "scipy_u_branch.py"
@@ -70,10 +70,16 @@ def scaling_programs(work, notes):
     return {"rodatlas": (sys.executable, HERE / "rodatlas_scaling.py")}
 
 
+def state_programs(work, notes):
+    """The search for states, as :func:`branch_programs`."""
+    return {"rodatlas": (sys.executable, HERE / "rodatlas_states.py")}
+
+
 BENCHMARKS = {
     "u_branch": (branch_programs, report.text),
     "loci": (locus_programs, report_loci.text),
     "scaling": (scaling_programs, report_scaling.text),
+    "states": (state_programs, report_states.text),
 }
 
 

@@ -5,7 +5,8 @@ import pytest
 
 from rodatlas.rods import Ends, RodState, state_at, to_reduced
 from rodatlas.rods._shooting_kernel import COLUMNS, SIZE, STAGES, STATE, TABLEAU, WEIGHTS, _linearize
-from rodatlas.states.shooting import Starts, refined, shoot
+from rodatlas.states.shooting import PLANS, Plan, as_guess, shoot
+from rodatlas.states.starts import PLACES, Starts
 
 A = 0.625
 
@@ -15,7 +16,7 @@ def u_state():
     return state_at(Ends(45.0, 0.5, 0.2), tolerance=1e-11)
 
 
-def starts_of(solution, segments=8):
+def starts_of(solution, segments=PLACES):
     reduced = to_reduced(solution)
     return Starts(reduced(np.linspace(0.0, 1.0, segments + 1))[None], reduced.parameters[None, 4:].copy())
 
@@ -24,7 +25,7 @@ def test_a_solution_of_the_engine_is_found_again(u_state):
     """Perturbed constants come back to the same N0, M0, height and energy; MODEL's reference case."""
     start = starts_of(u_state)
     start.constants[0] *= 1.05
-    shots = shoot(start, A, steps=10)
+    shots = shoot(start, A, plan=Plan(150.0, 8, 10, False))
     assert shots.converged[0]
     assert shots.defect[0] < 1e-9
     np.testing.assert_allclose(shots.constants[0], starts_of(u_state).constants[0], atol=1e-7)
@@ -35,10 +36,30 @@ def test_a_solution_of_the_engine_is_found_again(u_state):
     np.testing.assert_allclose(rod.in_space(rod.moment)[0], shots.constants[0, 3:], atol=1e-7)
 
 
-def test_segments_do_not_matter(u_state):
-    shots = shoot(starts_of(u_state), A, steps=8)
-    fine = refined(shots.poses[0], shots.constants[0], A)
-    np.testing.assert_allclose(fine.constants[0], shots.constants[0], atol=1e-8)
+@pytest.mark.parametrize("plan", [Plan(np.inf, 4, 20, False), Plan(np.inf, 16, 4, True), Plan(np.inf, 64, 2, True)])
+def test_neither_segments_nor_elimination_matter(u_state, plan):
+    """Condensed or compacted, with few or many segments, the solution is one; `as_guess` fills in the poses between."""
+    start = starts_of(u_state)
+    start.constants[0] *= 1.05
+    start.poses[0, 1:-1, 4:] += 0.01
+    shots = shoot(start, A, plan=plan)
+    np.testing.assert_allclose(shots.constants[0], starts_of(u_state).constants[0], atol=1e-7)
+    guess = as_guess(shots, 0, A, Ends(45.0, 0.5, 0.2))
+    s = np.linspace(0.0, 1.0, PLACES + 1)
+    np.testing.assert_allclose(guess(s), u_state(s), atol=1e-6)
+
+
+def test_large_forces():
+    """Close to the limiting shear, |N| = 1300: compaction converges from 2 percent off, and condensing does not."""
+    state = state_at(Ends(60.0, 0.5, 0.82), tolerance=1e-10)
+    exact = starts_of(state)
+    assert np.linalg.norm(exact.constants[0, :3]) > 1000.0
+    start = Starts(exact.poses, 1.02 * exact.constants)
+    shots = shoot(start, A)
+    assert (shots.converged[0], shots.segments[0]) == (True, 32)
+    np.testing.assert_allclose(shots.constants, exact.constants, rtol=1e-7, atol=1e-5)
+    assert shots.energy[0] == pytest.approx(state["energy"], rel=1e-8)
+    assert not shoot(start, A, plan=PLANS[2]._replace(apart=False)).converged[0]
 
 
 def march(constants, steps, poses):
@@ -76,5 +97,5 @@ def test_columns_against_differences(u_state):
 
 def test_hopeless_starts_are_reported(u_state):
     start = starts_of(u_state)
-    shots = shoot(Starts(start.poses, start.constants * 1e4), A, most=3)
+    shots = shoot(Starts(start.poses, start.constants * 100.0), A, most=3)
     assert not shots.converged[0]

@@ -104,14 +104,18 @@ def states_command(
     compression: Compression = "0.5",
     poisson: Poisson = "0.25",
     classes: Annotated[str, typer.Option("--class", help="Right clamp at +q, at -q (a full turn), or both.")] = "both",
-    starts: Annotated[str, typer.Option(help="Starts for each class [default: 4096, or 1024 if stable only].")] = "",
+    starts: Annotated[
+        str, typer.Option(help="Starts for each class [default: 4096; with --stable-only until it looks complete].")
+    ] = "",
     stable_only: Annotated[bool, typer.Option("--stable-only", help="Search for stable states only.")] = False,
+    wound: Annotated[bool, typer.Option("--wound", help="List states with more turns than needed too.")] = False,
+    threads: Annotated[str, typer.Option(help="Threads of the search [default: one per processor].")] = "",
     json_to: Annotated[str, typer.Option("--json", help="Write the result as JSON to a file too, or to -.")] = "",
 ) -> None:
     """Search for all equilibria at one setting: table, and how complete the search looks."""
     from rodatlas.cli.states import run
 
-    run(angle, shear, compression, poisson, classes, starts, stable_only, json_to)
+    run(angle, shear, compression, poisson, classes, starts, stable_only, wound, threads, json_to)
 
 
 @app.command("band")

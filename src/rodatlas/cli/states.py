@@ -17,8 +17,9 @@ if TYPE_CHECKING:
 
 
 def run(
-    angle: str, shear: str, compression: str, poisson: str, classes: str, starts: str, stable_only: bool, json_to: str
-) -> None:
+    angle: str, shear: str, compression: str, poisson: str, classes: str, starts: str, stable_only: bool, wound: bool,
+    threads: str, json_to: str,
+) -> None:  # fmt: skip
     """The command; texts come as typed and are checked here."""
     from rodatlas.rods.band import check_poisson
     from rodatlas.rods.ends import Ends
@@ -28,10 +29,12 @@ def run(
     ratio = check_poisson(number("poisson", poisson))
     if classes not in CLASSES:
         raise ValueError(f"class: expected +, - or both, got '{classes}'")
-    count = _count(starts) if starts else None
+    count = _count("starts", starts) if starts else None
+    workers = _count("threads", threads) if threads else None
     json_file = json_target(json_to)
     with progress_bar(f"states at {ends.angle_deg:g} deg, shear {ends.shear:g}") as report:
-        found = find_states(ends, ratio, classes, count, stable_only=stable_only, progress=report)
+        found = find_states(ends, ratio, classes, count, stable_only=stable_only, wound=wound, threads=workers,
+                            progress=report)  # fmt: skip
     text = json.dumps(found.to_json(), indent=1) + "\n"
     console = Console(stderr=json_to == "-")
     say_table(console, _table(found))
@@ -42,9 +45,9 @@ def run(
         json_file.write_text(text)
 
 
-def _count(text: str) -> int:
+def _count(field: str, text: str) -> int:
     if not text.isdecimal() or int(text) < 1:
-        raise ValueError(f"starts: expected a whole number of at least 1, got '{text}'")
+        raise ValueError(f"{field}: expected a whole number of at least 1, got '{text}'")
     return int(text)
 
 
@@ -57,7 +60,7 @@ def _table(found: Discovery) -> Table:
         table.add_row(
             state.name or "", state.cls, "?" if state.index < 0 else str(state.index),
             f"{plain['energy']:.6f}", f"{plain['height']:.7f}", state.pair or "",
-            f"{sum(x * x for x in plain['N0']) ** 0.5:.4g}", f"{state.twist / 6.283185307179586:.2f}",
+            f"{sum(x * x for x in plain['N0']) ** 0.5:.4g}", f"{state.turns:.2f}",
             str(plain["inflections"]["k1"]), str(plain["inflections"]["tau"]), str(state.count),
         )  # fmt: skip
     return table
@@ -66,9 +69,13 @@ def _table(found: Discovery) -> Table:
 def _summary(found: Discovery) -> str:
     """How complete the search looks, in words."""
     within = f" with |N| up to {found.force_range:g}" if found.force_range else ""
+    rounds = f" in {len(found.rounds)} rounds" if len(found.rounds) > 1 else ""
     lost = f"; {found.dropped} not confirmed by collocation" if found.dropped else ""
+    left = found.wound_left_out
+    wound = f" {left} more that are wound up were met (--wound lists them)." if left else ""
     return (
-        f"{found.converged} of {found.starts} starts converged to {found.distinct} different states{within} "
-        f"(a +/- pair counts once){lost}. By the number met once, about {found.unseen_estimate:.1f} more were not met, "
-        f"and one more solution would be new with probability {found.unseen_probability:.1%}: an estimate, no proof."
+        f"{found.converged} of {found.starts} starts{rounds} converged{within}; {found.distinct} different states are "
+        f"listed (a +/- pair counts once){lost}.{wound} By the number met once, about {found.unseen_estimate:.1f} more "
+        f"were not met, and one more solution would be new with probability {found.unseen_probability:.1%}: an "
+        "estimate, no proof."
     )

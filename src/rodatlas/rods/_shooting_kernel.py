@@ -21,6 +21,8 @@ import numpy as np
 from numba import njit
 from scipy.integrate import DOP853
 
+from rodatlas.rods._compaction_kernel import WIDTH, compact, expand
+
 STAGES = 12
 TABLEAU = np.ascontiguousarray(DOP853.A[:STAGES, :STAGES])
 WEIGHTS = np.ascontiguousarray(DOP853.B[:STAGES])
@@ -175,40 +177,75 @@ def _linearize(poses, n, m0, softness, steps, tableau, weights, rates, work, y, 
 
 
 @njit(cache=True)
-def _step_length(columns, d, n, m0):
-    """Part of the Newton step d (6,) = (dn, dm0) that may be taken; see LARGEST_TURN."""
-    length = 1.0
-    turn = 0.0
-    for k in range(columns.shape[0] - 1):
+def _linearize_apart(poses, n, m0, softness, steps, tableau, weights, rates, work, y, own, forced, gaps):
+    """March all segments apart: fill G_k, H_k and d_k of :mod:`rodatlas.rods._compaction_kernel`; as `_linearize`.
+
+    Each segment is marched twice, with the columns of the common unknowns alone, and with a unit column added to each.
+    """
+    segments = poses.shape[0] - 1
+    h = 1.0 / (segments * steps)
+    largest, height, energy = 0.0, 0.0, 0.0
+    for k in range(segments):
+        for unit in range(2):
+            y[:] = 0.0
+            y[:7] = poses[k]
+            if unit == 1:
+                for i in range(6):
+                    y[STATE + i * COLUMNS + i] = 1.0
+            _march(y, steps, h, n, m0, poses[0, 4:], softness, tableau, weights, rates, work)
+            for i in range(6):
+                for c in range(6):
+                    value = y[STATE + i * COLUMNS + c]
+                    if unit == 0:
+                        forced[k, i, c] = value
+                    else:
+                        own[k, i, c] = value - forced[k, i, c]
+        height, energy = height + y[7], energy + y[8]
+        rotation_between(y[:4], poses[k + 1, :4], gaps[k, :3])
         for i in range(3):
+            gaps[k, 3 + i] = y[4 + i] - poses[k + 1, 4 + i]
+            largest = max(largest, abs(gaps[k, i]), abs(gaps[k, 3 + i]))
+    y[7], y[8] = height, energy
+    return largest if np.isfinite(y[:STATE].sum()) else np.inf
+
+
+@njit(cache=True)
+def _condensed(columns, d, moves):
+    """Corrections of the poses, `moves` (K + 1, 6), from `d` (6,) and the columns of :func:`_linearize`."""
+    segments = columns.shape[0]
+    moves[0], moves[segments] = 0.0, 0.0
+    for k in range(segments - 1):
+        for i in range(6):
             total = columns[k, i, 6]
             for c in range(6):
                 total += columns[k, i, c] * d[c]
-            turn = max(turn, abs(total))
-    length = min(length, LARGEST_TURN / max(turn, 1e-300))
+            moves[k + 1, i] = total
+
+
+@njit(cache=True)
+def _step_length(moves, d, n, m0):
+    """Part of the Newton step d (6,) = (dn, dm0) that may be taken; see LARGEST_TURN."""
+    turn = np.abs(moves[:, :3]).max()
+    length = min(1.0, LARGEST_TURN / max(turn, 1e-300))
     force, moment = np.sqrt(np.sum(d[:3] ** 2)), np.sqrt(np.sum(d[3:] ** 2))
     length = min(length, (LARGEST_FORCE + 0.5 * np.sqrt(np.sum(n**2))) / max(force, 1e-300))
     return min(length, (LARGEST_MOMENT + 0.5 * np.sqrt(np.sum(m0**2))) / max(moment, 1e-300))
 
 
 @njit(cache=True)
-def _take(poses, n, m0, columns, d, length):
+def _take(poses, n, m0, moves, d, length):
     """Apply a part of the Newton step to n, m0 and the inner poses."""
-    move = np.empty(6)
-    for k in range(columns.shape[0] - 1):
-        for i in range(6):
-            total = columns[k, i, 6]
-            for c in range(6):
-                total += columns[k, i, c] * d[c]
-            move[i] = length * total
-        turn_pose(poses[k + 1, :4], move[0], move[1], move[2])
-        poses[k + 1, 4:] += move[3:]
+    for k in range(1, poses.shape[0] - 1):
+        turn_pose(poses[k, :4], length * moves[k, 0], length * moves[k, 1], length * moves[k, 2])
+        poses[k, 4:] += length * moves[k, 3:]
     n += length * d[:3]
     m0 += length * d[3:]
 
 
 @njit(cache=True, nogil=True)
-def solve_batch(poses, constants, softness, steps, tolerance, most, largest_force, tableau, weights, observed):
+def solve_batch(
+    poses, constants, softness, steps, tolerance, most, largest_force, apart, tableau, weights, observed
+):  # fmt: skip
     """Newton's method on many problems, each in place.
 
     Parameters
@@ -216,6 +253,7 @@ def solve_batch(poses, constants, softness, steps, tolerance, most, largest_forc
     poses (B, K + 1, 7), constants (B, 6): guesses, overwritten by solutions; constants are (n, m(0)) in space.
     steps: of the integration in each segment. tolerance: largest defect of a solution. most: Newton iterations.
     largest_force: an iteration whose force grows beyond it is given up.
+    apart: eliminate the poses by compaction, at twice the cost; needed under forces beyond about 200.
     observed (B, 3): filled with height, energy and the last defect.
 
     Returns
@@ -224,39 +262,55 @@ def solve_batch(poses, constants, softness, steps, tolerance, most, largest_forc
     """
     count, segments = poses.shape[0], poses.shape[1] - 1
     iterations = np.zeros(count, np.int64)
-    columns = np.empty((segments, 6, COLUMNS))
+    columns, own, forced = np.empty((segments, 6, COLUMNS)), np.empty((segments, 6, 6)), np.empty((segments, 6, 6))
+    gaps, window, kept = np.empty((segments, 6)), np.empty((12, WIDTH)), np.empty((segments, 6, WIDTH))
     rates, work, y = np.empty((STAGES, SIZE)), np.empty(SIZE), np.empty(SIZE)
-    matrix, d = np.empty((6, 6)), np.empty(6)
+    matrix, d, moves = np.empty((6, 6)), np.empty(6), np.empty((segments + 1, 6))
     for b in range(count):
         n, m0 = constants[b, :3], constants[b, 3:]
         for iteration in range(most):
-            defect = _linearize(poses[b], n, m0, softness, steps, tableau, weights, rates, work, y, columns)
+            if apart:
+                defect = _linearize_apart(poses[b], n, m0, softness, steps, tableau, weights, rates, work, y, own,
+                                          forced, gaps)  # fmt: skip
+            else:
+                defect = _linearize(poses[b], n, m0, softness, steps, tableau, weights, rates, work, y, columns)
             observed[b, 0], observed[b, 1], observed[b, 2] = y[7], y[8], defect
             if not defect < 1e6:
                 break
-            matrix[:] = columns[segments - 1, :, :6]
-            d[:] = -columns[segments - 1, :, 6]
+            if apart:
+                if not compact(own, forced, gaps, window, kept, matrix, d):
+                    break
+            else:
+                matrix[:] = columns[segments - 1, :, :6]
+                d[:] = -columns[segments - 1, :, 6]
             if not solve_six(matrix, d) or not np.isfinite(d.sum()):
                 break
             if defect < tolerance:
                 iterations[b] = iteration + 1
                 break
-            _take(poses[b], n, m0, columns, d, _step_length(columns, d, n, m0))
-            if np.sqrt(np.sum(n**2)) > largest_force:
+            if apart:
+                expand(kept, d, moves)
+            else:
+                _condensed(columns, d, moves)
+            _take(poses[b], n, m0, moves, d, _step_length(moves, d, n, m0))
+            if not np.sqrt(np.sum(n**2)) < largest_force:
                 break
     return iterations
 
 
 @njit(cache=True, nogil=True)
-def march_batch(poses, constants, softness, steps, tableau, weights):
-    """Poses (B, K + 1, 7), all but the first and last of each filled by marching with the constants (B, 6)."""
+def march_batch(poses, constants, softness, every, steps, tableau, weights):
+    """Fill poses (B, K + 1, 7) by marching with the constants (B, 6) from every `every`-th one, K a multiple of it."""
     segments = poses.shape[1] - 1
     h = 1.0 / (segments * steps)
     rates, work, y = np.empty((STAGES, SIZE)), np.empty(SIZE), np.empty(SIZE)
     for b in range(poses.shape[0]):
-        y[:] = 0.0
-        y[:7] = poses[b, 0]
-        for k in range(segments - 1):
+        for k in range(segments):
+            if k % every == 0:
+                y[:] = 0.0
+                y[:7] = poses[b, k]
+            if (k + 1) % every == 0:
+                continue
             _march(y, steps, h, constants[b, :3], constants[b, 3:], poses[b, 0, 4:], softness, tableau, weights, rates,
                    work)  # fmt: skip
             y[STATE:] = 0.0

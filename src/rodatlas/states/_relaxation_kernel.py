@@ -1,12 +1,17 @@
-"""Compiled core of `rodatlas.states.starts`: bands of constant strain in each of J pieces, relaxed toward a minimum.
+"""Compiled core of `rodatlas.states.starts`: bands of constant strain in each of J pieces, brought to a minimum.
 
-With strain u = (k1, tau), energy `u . W u / 2`, W = h diag(a, 1), closure error g (rotation and displacement of the
-free end against its clamp) and its derivative G, each iteration takes::
+The energy `sum h u . W u / 2` of the strains u = (k1, tau), W = diag(a, 1), h = 1/J, is lowered with the right end held
+at its clamp by Newton steps on the Lagrangian. A change of strain turns the cross-sections by phi and shifts them by xi
+(both in space), phi' = B du with B = (d1, d3) and xi' = phi x d3, and changes the Lagrangian to second order by::
 
-    u <- (1 - alpha) u + W^-1 G^T (alpha lambda - nu),   (G W^-1 G^T) lambda = G u,   (G W^-1 G^T) nu = g
+    (1/2) int  du . W du - (B du) . (m x phi) + (n . d3) phi . phi - (n . phi)(d3 . phi) + sigma phi . phi  ds
 
-the projected gradient in the metric of the energy and the shortest correction of the closure. The multipliers
-lambda become the end moment and the force. Fixed points are equilibria of the pieces; only minima attract.
+with the present multipliers: force n and moment m = m(1) + (X(1) - X) x n. The closure of the end enters as a penalty
+RHO with the multipliers as an offset, so that they converge and the penalty leaves no error. The quadratic problem is
+solved by a Riccati recursion from right to left. sigma (Levenberg's) grows until every 2 x 2 block of the recursion is
+positive: then the step leads downhill, so minima attract and saddles repel. It shrinks after every full step; at a
+strict minimum it vanishes, and the convergence is that of Newton's method whatever the force. While the end is far from
+its clamp the multipliers say little, and the quadratic form takes them as zero.
 """
 
 from __future__ import annotations
@@ -14,11 +19,16 @@ from __future__ import annotations
 import numpy as np
 from numba import njit
 
-from rodatlas.rods._shooting_kernel import rotation_between, solve_six, turn_pose
+from rodatlas.rods._shooting_kernel import rotation_between, turn_pose
 
-# The gradient step alpha must stay below 2 over the largest eigenvalue of the energy's second variation, which grows
-# with the force: it is lowered when the gradient grows. Corrections of the closure and steps of strain are bounded.
-STEP, LONGEST_STEP, LARGEST_CLOSURE, LARGEST_CHANGE = 0.3, 0.6, 0.5, 4.0
+RHO = 1e4  # of the closure [GJ/L, GJ/L^3]; the stiffness of a band against its end is of order 10 to 1000
+# Bounds of one step, of which a part is taken otherwise: turn of a cross-section [rad], and change of strain (root mean
+# square) [1/L]. One step closes no more than LARGEST_CLOSURE of the gap of the end. Smaller bounds lose fewer bands but
+# lead most of them to the few states of least energy.
+LARGEST_TURN, LARGEST_CHANGE, LARGEST_CLOSURE = 0.6, 5.0, 0.3
+FAR = 0.3  # gap of the end from which multipliers are left out of the quadratic form
+FIRST_SHIFT, LEAST_SHIFT, SHRINK, GROW, MOST_SHIFT = 100.0, 1e-2, 0.25, 4.0, 1e8  # sigma [GJ/L^2]
+LEAST_BLOCK = 0.02  # of the recursion, against that of a band without load
 
 
 @njit(cache=True)
@@ -45,94 +55,226 @@ def _shape(strain, start, poses, middles):
 
 
 @njit(cache=True)
-def _levers(middles, tip, levers):
-    """Rows of G^T / h: (d, d x (X(1) - X)) for d1 and d3 of each piece, (J, 2, 6)."""
-    for j in range(middles.shape[0]):
-        r1, r2, r3 = tip[0] - middles[j, 6], tip[1] - middles[j, 7], tip[2] - middles[j, 8]
-        for i in range(2):
-            d1, d2, d3 = middles[j, 3 * i], middles[j, 3 * i + 1], middles[j, 3 * i + 2]
-            levers[j, i, 0], levers[j, i, 1], levers[j, i, 2] = d1, d2, d3
-            levers[j, i, 3] = d2 * r3 - d3 * r2
-            levers[j, i, 4] = d3 * r1 - d1 * r3
-            levers[j, i, 5] = d1 * r2 - d2 * r1
+def _cross(u, v, out):
+    out[0] = u[1] * v[2] - u[2] * v[1]
+    out[1] = u[2] * v[0] - u[0] * v[2]
+    out[2] = u[0] * v[1] - u[1] * v[0]
 
 
 @njit(cache=True)
-def _multipliers(strain, levers, softness, matrix, closure, force):
-    """Overwrite `closure` (6,) by nu and `force` (6,) by lambda; False when G is rank deficient."""
+def _piece(middle, tip, force, shift, h, moment, stage, mixed, inputs):
+    """Quadratic form of one piece: `moment` (3,), `stage` (3, 3) of phi, `mixed` (2, 3), and `inputs` b (2, 6)."""
+    d3, n = middle[3:6], force[3:]
+    for i in range(3):
+        inputs[0, i], inputs[1, i] = h * middle[i], h * d3[i]
+    for k in range(2):
+        _cross(inputs[k, :3], d3, inputs[k, 3:])
+        for i in range(3):
+            inputs[k, 3 + i] *= 0.5 * h
+    arm = tip - middle[6:]
+    _cross(arm, n, moment)
+    for i in range(3):
+        moment[i] += force[i]
+    tension = n[0] * d3[0] + n[1] * d3[1] + n[2] * d3[2]
+    for i in range(3):
+        for k in range(3):
+            stage[i, k] = -0.5 * h * (n[i] * d3[k] + n[k] * d3[i])
+        stage[i, i] += h * (tension + shift)
+    for k in range(2):
+        b0, b1, b2 = inputs[k, 0], inputs[k, 1], inputs[k, 2]
+        mixed[k, 0] = -0.5 * (b1 * moment[2] - b2 * moment[1])
+        mixed[k, 1] = -0.5 * (b2 * moment[0] - b0 * moment[2])
+        mixed[k, 2] = -0.5 * (b0 * moment[1] - b1 * moment[0])
+        for i in range(3):
+            mixed[k, i] += 0.5 * (b0 * stage[0, i] + b1 * stage[1, i] + b2 * stage[2, i])
+
+
+@njit(cache=True)
+def _ahead(P, p, d3, h):
+    """P (6, 6) and p (6,) of the cost that lies ahead, carried from the right end of a piece to its left."""
+    # xi at the right end is xi - h d3 x phi at the left: columns first, then rows
+    for i in range(6):
+        x, y, z = P[i, 3], P[i, 4], P[i, 5]
+        P[i, 0] += h * (d3[1] * z - d3[2] * y)
+        P[i, 1] += h * (d3[2] * x - d3[0] * z)
+        P[i, 2] += h * (d3[0] * y - d3[1] * x)
+    for i in range(6):
+        x, y, z = P[3, i], P[4, i], P[5, i]
+        P[0, i] += h * (d3[1] * z - d3[2] * y)
+        P[1, i] += h * (d3[2] * x - d3[0] * z)
+        P[2, i] += h * (d3[0] * y - d3[1] * x)
+    x, y, z = p[3], p[4], p[5]
+    p[0] += h * (d3[1] * z - d3[2] * y)
+    p[1] += h * (d3[2] * x - d3[0] * z)
+    p[2] += h * (d3[0] * y - d3[1] * x)
+
+
+@njit(cache=True)
+def _block(inputs, stage, Pb, softness, h):
+    """The symmetric 2 x 2 block of the recursion, (q11, q12, q22, determinant)."""
+    q11, q12, q22 = h / softness, 0.0, h
+    for c in range(6):
+        q11 += Pb[0, c] * inputs[0, c]
+        q12 += Pb[0, c] * inputs[1, c]
+        q22 += Pb[1, c] * inputs[1, c]
+    for i in range(3):
+        for c in range(3):
+            q11 += 0.25 * inputs[0, i] * stage[i, c] * inputs[0, c]
+            q12 += 0.25 * inputs[0, i] * stage[i, c] * inputs[1, c]
+            q22 += 0.25 * inputs[1, i] * stage[i, c] * inputs[1, c]
+    return q11, q12, q22, q11 * q22 - q12 * q12
+
+
+@njit(cache=True)
+def _sides(P, p, inputs, mixed, d3, h, Pb, side, own):
+    """Fill `Pb` (2, 6) = b P and `side` (2, 6) = b P A + mixed; subtract b . p from `own` (2,)."""
+    for k in range(2):
+        for i in range(6):
+            total = 0.0
+            for c in range(6):
+                total += inputs[k, c] * P[c, i]
+            Pb[k, i] = total
+            own[k] -= inputs[k, i] * p[i]
+        x, y, z = Pb[k, 3], Pb[k, 4], Pb[k, 5]
+        side[k, 0] = Pb[k, 0] + h * (d3[1] * z - d3[2] * y) + mixed[k, 0]
+        side[k, 1] = Pb[k, 1] + h * (d3[2] * x - d3[0] * z) + mixed[k, 1]
+        side[k, 2] = Pb[k, 2] + h * (d3[0] * y - d3[1] * x) + mixed[k, 2]
+        side[k, 3], side[k, 4], side[k, 5] = x, y, z
+
+
+@njit(cache=True)
+def _backward(strain, middles, tip, force, known, closure, softness, shift, feedback):
+    """Fill `feedback` (J, 2, 7): the change of strain is -(feedback[:, :6] . (phi, xi) + feedback[:, 6]).
+
+    `known` (6,) are the multipliers in the quadratic form, `force` (6,) those of the closure. Returns False when a
+    block is not positive.
+    """
     count = strain.shape[0]
-    matrix[:] = 0.0
+    h = 1.0 / count
+    P, p = RHO * np.eye(6), force - RHO * closure
+    moment, stage, mixed, inputs = np.empty(3), np.empty((3, 3)), np.empty((2, 3)), np.empty((2, 6))
+    Pb, side, own = np.empty((2, 6)), np.empty((2, 6)), np.empty(2)
+    least = LEAST_BLOCK * h
+    for j in range(count - 1, -1, -1):
+        d3 = middles[j, 3:6]
+        _piece(middles[j], tip, known, shift, h, moment, stage, mixed, inputs)
+        own[0], own[1] = h * strain[j, 0] / softness, h * strain[j, 1]
+        _sides(P, p, inputs, mixed, d3, h, Pb, side, own)
+        q11, q12, q22, det = _block(inputs, stage, Pb, softness, h)
+        if not (q11 > least and q22 > least and det > least * h):
+            return False
+        for c in range(6):
+            feedback[j, 0, c] = (q22 * side[0, c] - q12 * side[1, c]) / det
+            feedback[j, 1, c] = (q11 * side[1, c] - q12 * side[0, c]) / det
+        feedback[j, 0, 6] = (q22 * own[0] - q12 * own[1]) / det
+        feedback[j, 1, 6] = (q11 * own[1] - q12 * own[0]) / det
+        _ahead(P, p, d3, h)
+        for i in range(6):
+            for c in range(6):
+                P[i, c] -= side[0, i] * feedback[j, 0, c] + side[1, i] * feedback[j, 1, c]
+            p[i] += side[0, i] * feedback[j, 0, 6] + side[1, i] * feedback[j, 1, 6]
+        for i in range(3):
+            for c in range(3):
+                P[i, c] += stage[i, c]
+    return True
+
+
+@njit(cache=True)
+def _forward(middles, feedback, h, change, tilt):
+    """Fill `change` (J, 2) of strain and `tilt` (6,) = (phi, xi) at the right end; returns the largest turn."""
+    tilt[:] = 0.0
+    largest = 0.0
+    for j in range(change.shape[0]):
+        for k in range(2):
+            total = feedback[j, k, 6]
+            for c in range(6):
+                total += feedback[j, k, c] * tilt[c]
+            change[j, k] = -total
+        x, y, z = middles[j, 3], middles[j, 4], middles[j, 5]
+        g0 = h * (middles[j, 0] * change[j, 0] + x * change[j, 1])
+        g1 = h * (middles[j, 1] * change[j, 0] + y * change[j, 1])
+        g2 = h * (middles[j, 2] * change[j, 0] + z * change[j, 1])
+        f0, f1, f2 = tilt[0] + 0.5 * g0, tilt[1] + 0.5 * g1, tilt[2] + 0.5 * g2
+        tilt[3] += h * (f1 * z - f2 * y)
+        tilt[4] += h * (f2 * x - f0 * z)
+        tilt[5] += h * (f0 * y - f1 * x)
+        tilt[0] += g0
+        tilt[1] += g1
+        tilt[2] += g2
+        largest = max(largest, abs(tilt[0]), abs(tilt[1]), abs(tilt[2]))
+    return largest
+
+
+@njit(cache=True)
+def _gradient(strain, middles, tip, force, softness):
+    """Norm of u - W^-1 (d1 . m, d3 . m), which vanishes in equilibrium."""
+    total = 0.0
+    moment = np.empty(3)
+    for j in range(strain.shape[0]):
+        _cross(tip - middles[j, 6:], force[3:], moment)
+        k, t = 0.0, 0.0
+        for i in range(3):
+            k += middles[j, i] * (moment[i] + force[i])
+            t += middles[j, 3 + i] * (moment[i] + force[i])
+        total += (strain[j, 0] - softness * k) ** 2 + (strain[j, 1] - t) ** 2
+    return np.sqrt(total / strain.shape[0])
+
+
+@njit(cache=True)
+def _relax(strain, start, target, softness, most, tolerance, poses, middles, feedback, change, force):
+    """Relax one band in place; fills `force` (6,), end moment referred to the tip and force. Returns the gradient."""
+    closure, gap, tilt, nothing = np.empty(6), np.empty(3), np.empty(6), np.zeros(6)
+    count = strain.shape[0]
     force[:] = 0.0
-    for j in range(count):
-        for i in range(2):
-            compliance = softness if i == 0 else 1.0
-            for r in range(6):
-                force[r] += levers[j, i, r] * strain[j, i] / count
-                for c in range(6):
-                    matrix[r, c] += compliance * levers[j, i, r] * levers[j, i, c] / count
-    again = matrix.copy()
-    return solve_six(matrix, closure) and solve_six(again, force)
-
-
-@njit(cache=True)
-def _relax(strain, start, target, softness, most, tolerance, poses, middles, levers):
-    """Relax one band in place; returns (end moment, force), their moment referred to the tip, and the gradient."""
-    matrix, closure, force, gap = np.empty((6, 6)), np.empty(6), np.zeros(6), np.empty(3)
-    count = strain.shape[0]
-    alpha, before, gradient = STEP, np.inf, np.inf
+    shift, gradient = FIRST_SHIFT, np.inf
     for _ in range(most):
         _shape(strain, start, poses, middles)
+        tip = poses[count, 4:]
         rotation_between(poses[count, :4], target[:4], gap)
         closure[:3] = gap
-        closure[3:] = poses[count, 4:] - target[4:]
+        closure[3:] = tip - target[4:]
         size = np.sqrt(np.sum(closure**2))
+        gradient = _gradient(strain, middles, tip, force, softness)
+        if size < tolerance and gradient < tolerance * (1.0 + np.sqrt(np.sum(force**2))):
+            break
         closure *= min(1.0, LARGEST_CLOSURE / max(size, 1e-300))
-        _levers(middles, poses[count, 4:], levers)
-        if not _multipliers(strain, levers, softness, matrix, closure, force):
-            break
-        total, change = 0.0, 0.0
-        for j in range(count):
-            for i in range(2):
-                compliance = softness if i == 0 else 1.0
-                pull, fix = 0.0, 0.0
-                for r in range(6):
-                    pull += compliance * levers[j, i, r] * force[r]
-                    fix += compliance * levers[j, i, r] * closure[r]
-                total += (strain[j, i] - pull) ** 2 / count
-                change += (alpha * (strain[j, i] - pull) + fix) ** 2 / count
-        gradient = np.sqrt(total)
-        if size < tolerance and gradient < tolerance:
-            break
-        alpha = 0.5 * alpha if gradient > 1.2 * before and size < 0.1 else min(1.05 * alpha, LONGEST_STEP)
-        before = gradient
-        cut = min(1.0, LARGEST_CHANGE / max(np.sqrt(change), 1e-300))
-        for j in range(count):
-            for i in range(2):
-                compliance = softness if i == 0 else 1.0
-                aim = 0.0
-                for r in range(6):
-                    aim += compliance * levers[j, i, r] * (alpha * force[r] - closure[r])
-                strain[j, i] += cut * (aim - alpha * strain[j, i])
-    return force, gradient
+        known = force if size < FAR else nothing
+        while not _backward(strain, middles, tip, force, known, closure, softness, shift, feedback):
+            shift = max(GROW * shift, LEAST_SHIFT)
+            if not shift < MOST_SHIFT:
+                return np.inf
+        turn = _forward(middles, feedback, 1.0 / count, change, tilt)
+        bend = np.sqrt(np.sum(change**2) / count)
+        length = min(1.0, LARGEST_TURN / max(turn, 1e-300), LARGEST_CHANGE / max(bend, 1e-300))
+        if not length > 0.0:
+            return np.inf
+        strain += length * change
+        force -= length * RHO * (tilt + closure)
+        if length == 1.0:
+            shift = SHRINK * shift if shift > LEAST_SHIFT else 0.0
+        elif length < 0.5:
+            shift = max(2.0 * shift, LEAST_SHIFT)
+    return gradient
 
 
 @njit(cache=True, nogil=True)
-def relax_batch(strains, start, targets, softness, iterations, tolerance, poses, constants):
+def relax_batch(strains, start, target, softness, iterations, tolerance, poses, constants):
     """Relax bands (B, J, 2) in place, each for its own number of `iterations` (B,) at most.
 
-    Parameters: clamp poses `start` (7,) and `targets` (B, 7). Filled: `poses` (B, K + 1, 7) at equidistant places, J a
+    Parameters: clamp poses `start` and `target` (7,). Filled: `poses` (B, K + 1, 7) at equidistant places, J a
     multiple of K, first and last those of the clamps; and `constants` (B, 6) = (n, m(0)) in space.
-    Returns the norm of the projected gradient (B,).
+    Returns (B,) how far the strains are from equilibrium, a norm; infinite where the descent failed.
     """
     count, pieces = strains.shape[0], strains.shape[1]
     every = pieces // (poses.shape[1] - 1)
-    inner, middles, levers = np.empty((pieces + 1, 7)), np.empty((pieces, 9)), np.empty((pieces, 2, 6))
+    inner, middles, feedback = np.empty((pieces + 1, 7)), np.empty((pieces, 9)), np.empty((pieces, 2, 7))
+    change, force = np.empty((pieces, 2)), np.empty(6)
     gradients = np.empty(count)
     for b in range(count):
-        force, gradients[b] = _relax(strains[b], start, targets[b], softness, iterations[b], tolerance, inner, middles,
-                                     levers)  # fmt: skip
+        gradients[b] = _relax(strains[b], start, target, softness, iterations[b], tolerance, inner, middles,
+                              feedback, change, force)  # fmt: skip
         poses[b] = inner[::every]
-        poses[b, -1] = targets[b]
+        poses[b, -1] = target
         r1, r2, r3 = inner[pieces, 4] - start[4], inner[pieces, 5] - start[5], inner[pieces, 6] - start[6]
         n1, n2, n3 = force[3], force[4], force[5]
         constants[b, 0], constants[b, 1], constants[b, 2] = n1, n2, n3

@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, replace
-from typing import Any
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from rodatlas.continuation import MeshControl, NotConverged, Solution, TraceOptions, solve
+from rodatlas.continuation import MeshControl, NotConverged, TraceOptions, solve
 from rodatlas.rods.band import bending_ratio, check_between
 from rodatlas.rods.ends import Ends
 from rodatlas.rods.perfectly_anisotropic import rod_problem
@@ -16,113 +15,75 @@ from rodatlas.rods.stability import index_of
 from rodatlas.rods.state import RodState
 from rodatlas.rods.symmetry import pair_member, reverse
 from rodatlas.states.census import invariants, species, unseen
-from rodatlas.states.shooting import Shots, as_guess, refined, shoot
+from rodatlas.states.result import Discovery, FoundState
+from rodatlas.states.search import default_threads, hunt
+from rodatlas.states.shooting import Shots, all_shots, as_guess
 from rodatlas.states.single import names_of
-from rodatlas.states.starts import joined, random_forces, relaxed
 
-SCHEMA = "rodatlas/states/1"
 CLASSES = {"+": (1,), "-": (-1,), "both": (1, -1)}
-STARTS, STABLE_STARTS = 4096, 1024  # for each class
+STARTS = 4096  # of a search for all states, for each class
+FIRST_ROUND, MOST_STARTS = 1024, 8192  # of a search for stable states, which doubles until it looks complete:
+UNSEEN, CHANCE = 0.5, 0.001  # bounds of the estimated number of states not met, and of the probability of a new one
 FORCE_RANGE = 200.0
+FORCES_PART = 0.25  # of the starts: random forces, which seldom converge but reach states of high index
 Report = Callable[[str, int, int], None]
 
 
-@dataclass(frozen=True)
-class FoundState:
-    """One equilibrium.
-
-    Attributes
-    ----------
-    cls : '+' or '-', the class.
-    name : None where the shape does not decide (:func:`rodatlas.states.single.names_of`).
-    index : Morse index, -1 if it could not be counted.
-    pair : '+' or '-' of a reversal-broken state, None of a symmetric one.
-    count : how often the search met it or its partner.
-    """
-
-    solution: Solution
-    cls: str
-    name: str | None
-    index: int
-    pair: str | None
-    count: int
-
-    @property
-    def stable(self) -> bool:
-        return self.index == 0
-
-    @property
-    def twist(self) -> float:
-        """int tau ds [rad]: beyond about 2 pi the band is wound up."""
-        stages = self.solution.stages[..., self.solution.unknowns.index("tau")]
-        return self.solution.mean(stages)
-
-    def to_json(self) -> dict[str, Any]:
-        """The state as in schema rodatlas/states/1; N0, M0 in body components at s = 0."""
-        rod = RodState(self.solution)
-        return {
-            "name": self.name, "class": self.cls, "stable": self.stable,
-            "index": self.index if self.index >= 0 else None,
-            "height": rod.height, "energy": rod.energy, "symmetric": self.pair is None, "pair": self.pair,
-            "N0": rod.force[0].tolist(), "M0": rod.moment[0].tolist(), "inflections": rod.inflections,
-            "twist": self.twist,
-        }  # fmt: skip
-
-
-@dataclass(frozen=True)
-class Discovery:
-    """Result of a search: states in order of class, then energy, and what the search met.
-
-    Attributes
-    ----------
-    starts, converged : numbers over all classes searched.
-    distinct : different states among those, a +/- pair counted once.
-    unseen_estimate, unseen_probability : see :func:`rodatlas.states.census.unseen`.
-    force_range : states of larger |N| were left out, None when none was.
-    dropped : solutions that collocation did not confirm.
-    """
+@dataclass
+class _Census:
+    """Search of one class: all shots so far, and what collocation made of each species, by its first row."""
 
     ends: Ends
-    states: tuple[FoundState, ...]
-    starts: int
-    converged: int
-    distinct: int
-    unseen_estimate: float
-    unseen_probability: float
-    force_range: float | None
-    dropped: int = 0
+    a: float
+    sign: int
+    tolerance: float
+    shots: Shots | None = None
+    states: dict[int, list[FoundState]] = field(default_factory=dict)
+    counts: dict[int, int] = field(default_factory=dict)
+    limit: float = np.inf
 
-    def __repr__(self) -> str:
-        stable = sum(s.stable for s in self.states)
-        return f"Discovery({len(self.states)} states, {stable} stable; {self.converged} of {self.starts} converged)"
+    def add(self, more: Shots, report: Callable[[int, int], None]) -> None:
+        """Count the species again with more shots, and confirm new ones."""
+        self.shots = all_shots([self.shots, more]) if self.shots else more
+        force = np.linalg.norm(np.where(self.shots.converged[:, None], self.shots.constants[:, :3], np.inf), axis=1)
+        rows = np.flatnonzero(self.shots.converged & (force <= self.limit))
+        first, met = np.unique(species(invariants(self.shots, rows)), return_counts=True)
+        self.counts = {int(row): int(count) for row, count in zip(rows[first], met, strict=True)}
+        new = [row for row in self.counts if row not in self.states]
+        for done, row in enumerate(new):
+            report(done, len(new) - done)
+            self.states[row] = _confirmed(self.shots, row, self.a, self.ends, self.sign, self.tolerance)
 
-    def to_json(self) -> dict[str, Any]:
+    def kept(self, stable_only: bool, wound: bool) -> dict[int, list[FoundState]]:
+        """States that are listed, by species."""
         return {
-            "schema": SCHEMA, "angle_deg": self.ends.angle_deg, "shear": self.ends.shear,
-            "compression": self.ends.compression, "states": [s.to_json() for s in self.states],
-            "search": {
-                "starts": self.starts, "converged": self.converged, "distinct": self.distinct,
-                "unseen_estimate": self.unseen_estimate, "unseen_probability": self.unseen_probability,
-                "force_range": self.force_range, "dropped": self.dropped,
-            },
+            row: [replace(s, count=self.counts[row]) for s in states] for row, states in self.states.items()
+            if states and (states[0].stable or not stable_only) and (wound or not states[0].wound)
         }  # fmt: skip
+
+    def wound(self, stable_only: bool) -> int:
+        return sum(bool(s) and s[0].wound and (s[0].stable or not stable_only) for s in self.states.values())
 
 
 def find_states(
     ends: Ends, poisson: float = 0.25, classes: str = "both", starts: int | None = None, *,
-    stable_only: bool = False, tolerance: float = 1e-8, force_range: float | None = None, seed: int = 1,
-    progress: Report | None = None,
+    stable_only: bool = False, wound: bool = False, tolerance: float = 1e-8, force_range: float | None = None,
+    seed: int = 1, threads: int | None = None, progress: Report | None = None,
 ) -> Discovery:  # fmt: skip
     """Search for equilibria at one setting.
 
     Parameters
     ----------
     classes : '+', '-' or 'both': the right clamp reached at +q or -q.
-    starts : for each class.
+    starts : for each class. By default a search for all states has `STARTS`; one for stable states begins with
+        `FIRST_ROUND` and doubles them until the estimates of what it missed are below `UNSEEN` and `CHANCE`, or it has
+        `MOST_STARTS`.
     stable_only : relax all starts to minima of the energy and keep stable states only.
-    force_range : states with a larger |N| are left out [GJ/L^2], 200 by default: there is no end of unstable ones. It
-        does not apply with `stable_only`.
+    wound : list wound-up states too (:func:`rodatlas.states.single.is_wound`), of which there is no end.
+    force_range : states with a larger |N| are left out [GJ/L^2]; by default 200, or twice the least |N| that a relaxed
+        band has where that is more: there is no end of unstable ones. It does not apply with `stable_only`.
     seed : of the quasi-random starts; another one makes an independent search.
+    threads : by default as many as there are processors; they do not change the result.
 
     Raises
     ------
@@ -131,65 +92,104 @@ def find_states(
     """
     if classes not in CLASSES:
         raise ValueError(f"class: expected +, - or both, got '{classes}'")
-    starts = (STABLE_STARTS if stable_only else STARTS) if starts is None else starts
-    if starts < 1:
+    if starts is not None and starts < 1:
         raise ValueError(f"starts: expected at least 1, got {starts}")
-    limit = FORCE_RANGE if force_range is None else force_range
-    check_between("force range", limit, 0.0, np.inf, "a positive number")
+    threads = default_threads() if threads is None else threads
+    if threads < 1:
+        raise ValueError(f"threads: expected at least 1, got {threads}")
+    if force_range is not None:
+        check_between("force range", force_range, 0.0, np.inf, "a positive number")
     a = bending_ratio(poisson)
-    found: list[FoundState] = []
-    total, counts, dropped = 0, np.empty(0, dtype=int), 0
+    parts, rounds, limits = [], [], []
     for sign in CLASSES[classes]:
-        shots = _search(ends, a, sign, starts, stable_only, limit, seed)
-        reach = np.inf if stable_only else limit
-        force = np.linalg.norm(np.where(shots.converged[:, None], shots.constants[:, :3], np.inf), axis=1)
-        rows = np.flatnonzero(shots.converged & (force <= reach))
-        first, met = np.unique(species(invariants(shots, rows)), return_counts=True)
-        total += len(rows)
-        for done, (row, count) in enumerate(zip(rows[first], met, strict=True)):
+        census = _Census(ends, a, sign, tolerance)
+
+        def report(done: int, pending: int, cls: str = "+" if sign > 0 else "-") -> None:
             if progress:
-                progress(f"class {'+' if sign > 0 else '-'}: state", done, len(first) - done)
-            states = _confirmed(shots, int(row), a, ends, sign, int(count), tolerance)
-            dropped += not states
-            if states and (states[0].stable or not stable_only):
-                counts = np.append(counts, int(count))
-                found += states
-    found.sort(key=lambda s: (s.cls, s.solution["energy"], s.pair or ""))
+                progress(f"class {cls}: state", done, pending)
+
+        if stable_only:
+            rounds.append(_stable(census, starts, wound, seed, threads, report))
+        else:
+            limits.append(_all(census, starts or STARTS, force_range, seed, threads, report))
+            rounds.append([starts or STARTS])
+        parts.append(census)
+    return _collected(ends, poisson, parts, stable_only, wound, rounds, max(limits, default=None))
+
+
+def _stable(
+    census: _Census, starts: int | None, wound: bool, seed: int, threads: int, report: Callable[[int, int], None]
+) -> list[int]:
+    """Rounds of a search for stable states; returns the starts after each."""
+    done, rounds = 0, []
+    goal = starts or FIRST_ROUND
+    while True:
+        report(0, 0)
+        census.add(hunt(census.ends, census.a, census.sign, "relaxed", range(done, goal), seed=seed, threads=threads),
+                   report)  # fmt: skip
+        done = goal
+        rounds.append(done)
+        number, chance = _unseen(census, True, wound)
+        if starts or done >= MOST_STARTS or (number <= UNSEEN and chance <= CHANCE):
+            return rounds
+        goal = 2 * done
+
+
+def _all(
+    census: _Census, starts: int, force_range: float | None, seed: int, threads: int,
+    report: Callable[[int, int], None],
+) -> float:  # fmt: skip
+    """Search for states of every index; returns the force range."""
+    forces = int(FORCES_PART * starts)
+    report(0, 0)
+    shots = hunt(census.ends, census.a, census.sign, "partly relaxed", range(starts - forces), seed=seed,
+                 threads=threads)  # fmt: skip
+    if force_range is None:
+        force = np.linalg.norm(shots.constants[shots.converged, :3], axis=1)
+        force_range = max(FORCE_RANGE, 2.0 * float(force.min())) if len(force) else FORCE_RANGE
+    census.limit = force_range
+    if forces:
+        more = hunt(census.ends, census.a, census.sign, "forces", range(forces), seed=seed,
+                    force=min(force_range, FORCE_RANGE), threads=threads)  # fmt: skip
+        shots = all_shots([shots, more])
+    census.add(shots, report)
+    return force_range
+
+
+def _unseen(census: _Census, stable_only: bool, wound: bool) -> tuple[float, float]:
+    return unseen(np.array([census.counts[row] for row in census.kept(stable_only, wound)], dtype=int))
+
+
+def _collected(
+    ends: Ends, poisson: float, parts: list[_Census], stable_only: bool, wound: bool, rounds: list[list[int]],
+    limit: float | None,
+) -> Discovery:  # fmt: skip
+    """One result of the searches of all classes."""
+    kept = [states for census in parts for states in census.kept(stable_only, wound).values()]
+    found = sorted((s for states in kept for s in states), key=lambda s: (s.cls, s.solution["energy"], s.pair or ""))
     names = names_of([(s.solution, s.cls, s.index, s.pair or "") for s in found])
     found = [replace(s, name=name) for s, name in zip(found, names, strict=True)]
-    number, probability = unseen(counts)
-    return Discovery(ends, tuple(found), starts * len(CLASSES[classes]), total, len(counts), number, probability,
-                     None if stable_only else limit, dropped)  # fmt: skip
+    number, chance = unseen(np.array([states[0].count for states in kept], dtype=int))
+    return Discovery(
+        ends, poisson, tuple(found), starts=sum(r[-1] for r in rounds),
+        converged=sum(sum(c.counts.values()) for c in parts), distinct=len(kept),
+        unseen_estimate=number, unseen_probability=chance, force_range=limit,
+        rounds=max((tuple(r) for r in rounds), key=lambda r: r[-1]),
+        wound_left_out=0 if wound else sum(c.wound(stable_only) for c in parts),
+        dropped=sum(not s for c in parts for s in c.states.values()),
+    )  # fmt: skip
 
 
-def _search(ends: Ends, a: float, sign: int, starts: int, stable_only: bool, force: float, seed: int) -> Shots:
-    if stable_only:
-        return shoot(relaxed(ends, a, sign, starts, partly=False, seed=seed), a)
-    half = (starts + 1) // 2
-    parts = [relaxed(ends, a, sign, half, partly=True, seed=seed)]
-    if starts > half:
-        parts.append(random_forces(ends, a, sign, starts - half, force, seed + 1))
-    return shoot(joined(*parts), a)
-
-
-def _confirmed(
-    shots: Shots, row: int, a: float, ends: Ends, sign: int, count: int, tolerance: float
-) -> list[FoundState]:
+def _confirmed(shots: Shots, row: int, a: float, ends: Ends, sign: int, tolerance: float) -> list[FoundState]:
     """The state of a shot, and its partner where it has one, solved by collocation; empty when that fails."""
-    fine = refined(shots.poses[row], shots.constants[row], a)
-    best, at = (fine, 0) if fine.converged[0] else (shots, row)
-    guess = as_guess(best.poses[at], best.constants[at], a, ends)
+    guess = as_guess(shots, row, a, ends)
     try:
         solution = solve(rod_problem(), guess, ("dD",), TraceOptions(mesh=MeshControl(tolerance=tolerance)))
     except NotConverged:
         return []
-    if abs(solution["energy"] - shots.energy[row]) > 1e-3 * (1.0 + shots.energy[row]):
+    if abs(solution["energy"] - shots.energy[row]) > 1e-4 * (1.0 + shots.energy[row]):
         return []  # collocation left for another solution
     rod, index, cls = RodState(solution), index_of(solution).index, "+" if sign > 0 else "-"
     if rod.symmetric:
-        return [FoundState(solution, cls, None, index, None, count)]
-    out = []
-    for member in (solution, reverse(solution)):
-        side = pair_member(member)
-        out.append(FoundState(member, cls, None, index, side, count))
-    return out
+        return [FoundState(solution, cls, None, index, None, 0)]
+    return [FoundState(member, cls, None, index, pair_member(member), 0) for member in (solution, reverse(solution))]

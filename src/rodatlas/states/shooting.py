@@ -1,4 +1,4 @@
-"""Many boundary value problems of the clamped band at once, by condensed multiple shooting."""
+"""Many boundary value problems of the clamped band at once, by multiple shooting."""
 
 from __future__ import annotations
 
@@ -10,10 +10,24 @@ from rodatlas.continuation import Solution
 from rodatlas.rods.ends import Ends
 from rodatlas.rods.kinematics import directors
 from rodatlas.rods.perfectly_anisotropic import UNKNOWNS
-from rodatlas.states.starts import Starts
+from rodatlas.states.starts import PLACES, Starts
 
-STEPS = 5  # of order 8 in each segment
-FINE = 32  # segments of a guess for collocation
+
+class Plan(NamedTuple):
+    """How bands are shot whose force at the start is at most `force` [GJ/L^2].
+
+    `segments` divide PLACES; `steps` of order 8 in each keep sqrt(force / a) times their length below one half, and
+    their error near 1e-10. `apart`: see :func:`rodatlas.rods._shooting_kernel.solve_batch`.
+    """
+
+    force: float
+    segments: int
+    steps: int
+    apart: bool
+
+
+PLANS = (Plan(150.0, 8, 5, False), Plan(600.0, 16, 5, True), Plan(2500.0, 32, 5, True), Plan(np.inf, 64, 5, True))
+LARGEST_FORCE = 30000.0  # at 0.998 of the limiting shear
 
 
 class Shots(NamedTuple):
@@ -21,13 +35,16 @@ class Shots(NamedTuple):
 
     Attributes
     ----------
-    poses (B, K + 1, 7), constants (B, 6) : solutions where `iterations` > 0.
+    poses (B, PLACES + 1, 7), constants (B, 6) : solutions where `iterations` > 0; of the poses only those between
+        segments, every (PLACES / segments)-th, are solved for.
+    segments (B,) : of the plan that was used.
     iterations (B,) : Newton iterations, 0 where the method did not converge.
     height (B,), energy (B,) [GJ/L], defect (B,) : the defect is the largest gap in pose between segments.
     """
 
     poses: np.ndarray
     constants: np.ndarray
+    segments: np.ndarray
     iterations: np.ndarray
     height: np.ndarray
     energy: np.ndarray
@@ -40,43 +57,52 @@ class Shots(NamedTuple):
 
 
 def shoot(
-    starts: Starts, a: float, *, steps: int = STEPS, tolerance: float = 1e-9, most: int = 30,
-    largest_force: float = 3000.0,
+    starts: Starts, a: float, *, tolerance: float = 1e-9, most: int = 30, plan: Plan | None = None
 ) -> Shots:  # fmt: skip
-    """Solve from every start; the starts are left as they are.
+    """Solve from every start, as the force there demands; the starts are left as they are.
 
     Parameters
     ----------
-    a : EI1/GJ. steps : integration steps per segment. tolerance : largest defect of a solution.
-    most : Newton iterations. largest_force : iterations whose |n| grows beyond it are given up [GJ/L^2].
+    a : EI1/GJ. tolerance : largest defect of a solution. most : Newton iterations.
+    plan : used for all starts instead of the ones in `PLANS`.
     """
     from rodatlas.rods._shooting_kernel import TABLEAU, WEIGHTS, solve_batch
 
     poses, constants = starts.poses.copy(), starts.constants.copy()
-    observed = np.full((len(poses), 3), np.nan)
-    iterations = solve_batch(poses, constants, 1.0 / a, steps, tolerance, most, largest_force, TABLEAU, WEIGHTS,
-                             observed)  # fmt: skip
-    return Shots(poses, constants, iterations, *observed.T)
+    count = len(poses)
+    segments, iterations, observed = np.zeros(count, int), np.zeros(count, int), np.full((count, 3), np.nan)
+    force = np.linalg.norm(constants[:, :3], axis=1)
+    usable = np.isfinite(poses).all(axis=(1, 2)) & np.isfinite(constants).all(axis=1) & (force < LARGEST_FORCE)
+    least = 0.0
+    for one in (plan,) if plan else PLANS:
+        rows = np.flatnonzero(usable & ((force >= least) & (force < one.force) | (plan is not None)))
+        least = one.force
+        if not len(rows):
+            continue
+        every = PLACES // one.segments
+        inner, loads, seen = poses[rows, ::every].copy(), constants[rows], observed[rows]
+        iterations[rows] = solve_batch(inner, loads, 1.0 / a, one.steps, tolerance, most, LARGEST_FORCE, one.apart,
+                                       TABLEAU, WEIGHTS, seen)  # fmt: skip
+        poses[rows[:, None], np.arange(0, PLACES + 1, every)] = inner
+        constants[rows], observed[rows], segments[rows] = loads, seen, one.segments
+    return Shots(poses, constants, segments, iterations, *observed.T)
 
 
-def refined(poses: np.ndarray, constants: np.ndarray, a: float) -> Shots:
-    """One solution (K + 1, 7), (6,) solved again with `FINE` segments."""
+def all_shots(parts: list[Shots]) -> Shots:
+    """The shots of several sets of starts as one."""
+    return Shots(*(np.concatenate(columns) for columns in zip(*parts, strict=True)))
+
+
+def as_guess(shots: Shots, row: int, a: float, ends: Ends) -> Solution:
+    """A solution of multiple shooting as a guess for the rod problem on PLACES mesh intervals."""
     from rodatlas.rods._shooting_kernel import TABLEAU, WEIGHTS, march_batch
 
-    fine = np.empty((1, FINE + 1, 7))
-    fine[0, 0], fine[0, -1] = poses[0], poses[-1]
-    march_batch(fine, constants[None], 1.0 / a, 2, TABLEAU, WEIGHTS)
-    every = FINE // (len(poses) - 1)
-    fine[0, ::every] = poses
-    return shoot(Starts(fine, constants[None]), a, steps=2)
-
-
-def as_guess(poses: np.ndarray, constants: np.ndarray, a: float, ends: Ends) -> Solution:
-    """A solution of multiple shooting (K + 1, 7), (6,) as a guess for the rod problem on K mesh intervals."""
-    frame = np.moveaxis(np.array(directors(poses[:, :4])), 0, -2)
+    poses, constants = shots.poses[row : row + 1].copy(), shots.constants[row]
+    march_batch(poses, constants[None], 1.0 / a, PLACES // int(shots.segments[row]), 2, TABLEAU, WEIGHTS)
+    frame = np.moveaxis(np.array(directors(poses[0, :, :4])), 0, -2)
     force = frame @ constants[:3]
-    arm = poses[:, 4:] - poses[0, 4:]
+    arm = poses[0, :, 4:] - poses[0, 0, 4:]
     moment = np.einsum("kda,ka->kd", frame, constants[3:] - np.cross(arm, constants[:3]))
-    values = np.column_stack([force, moment[:, 1], moment[:, 0] / a, moment[:, 2], poses])
+    values = np.column_stack([force, moment[:, 1], moment[:, 0] / a, moment[:, 2], poses[0]])
     parameters = {"a": a, "psi0": ends.angle, "dL": ends.compression, "dD": ends.shear}
-    return Solution.from_values(np.linspace(0.0, 1.0, len(poses)), values, UNKNOWNS, parameters)
+    return Solution.from_values(np.linspace(0.0, 1.0, PLACES + 1), values, UNKNOWNS, parameters)

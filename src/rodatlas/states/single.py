@@ -1,50 +1,91 @@
-"""Names of stable states at one setting, where their shapes decide; the others need their branches."""
+"""Names of stable states at one setting, and how much a band is twisted there."""
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 
-import numpy as np
-
-from rodatlas.continuation import Solution
+from rodatlas.continuation import EndReason, MeshControl, NotConverged, Solution, TraceOptions, solve, trace
+from rodatlas.rods.perfectly_anisotropic import rod_problem
+from rodatlas.rods.stability import morse_index_of
 from rodatlas.rods.state import RodState
 from rodatlas.rods.symmetry import is_twisted
 from rodatlas.states.names import ZERO_HEIGHT, middle_curvature
 
-WOUND = np.pi  # more twist than this, int |tau| in one sense [rad], is no named state of high shear
+SHEAR_STEP = 1e-4  # of the difference quotient that tells w from uUui
+
+
+def twist(solution: Solution) -> float:
+    """int tau ds [rad]."""
+    return solution.mean(solution.stages[..., solution.unknowns.index("tau")])
+
+
+def is_wound(solution: Solution, cls: str) -> bool:
+    """Whether a band has more turns of twist than its class needs.
+
+    A full turn of the right clamp about the tangent changes the class: bands of class + need no turn, those of class -
+    one, to the left or to the right. Two turns more, and the class is the same again. The bound lies half-way: a band
+    is wound up with more than 1 turn, int tau ds / 2 pi, in class +, and more than 2 in class -.
+    """
+    return abs(twist(solution)) > 2.0 * math.pi * (1.0 if cls == "+" else 2.0)
 
 
 def names_of(states: Sequence[tuple[Solution, str, int, str]]) -> list[str | None]:
     """Names of all states at one setting, given as (solution, class, index, '+', '-' or '' when symmetric).
 
-    Reversal-broken ones are TU or TW when strongly twisted, and with three inflections of k1 US, WS or S, by height.
-    Symmetric ones bent up in the middle
-    are U with two and uUu with four; those bent down are W with two and negative height. With four they are w and uUui,
-    of which the lower is uUui; a single one is named when it is below the clamps.
+    Only stable ones of class + that are not wound up have names; the rules are those of
+    :mod:`rodatlas.states.names`, with what one setting shows in the place of a branch:
+
+    * reversal-broken and strongly twisted: TU+- or TW+- by height; other broken ones US+-, WS+- or S+- by height;
+    * symmetric with k1(1/2) > 0: uUu with four inflections of k1; with two U, or w where that state, followed to
+      dD = 0, loses its stability or turns back on the way (followed only where US is there too, or two such states);
+    * symmetric with k1(1/2) < 0: W with two inflections below the clamp plane; otherwise w where k1(1/2) falls as the
+      shear grows, and uUui where it rises.
     """
-    names: list[str | None] = []
-    dimpled = []
-    for i, (solution, cls, index, side) in enumerate(states):
-        rod = RodState(solution)
-        k1 = rod.inflections["k1"]
-        wound = abs(solution.mean(solution.stages[..., solution.unknowns.index("tau")])) > WOUND
-        names.append(None)
-        if cls != "+" or index != 0 or wound:
-            continue
-        if side:
-            if is_twisted(solution):
-                names[-1] = ("TU" if rod.height > 0 else "TW") + side
-            elif k1 == 3:
-                names[-1] = ("S" if abs(rod.height) < ZERO_HEIGHT else "US" if rod.height > 0 else "WS") + side
-        elif middle_curvature(solution) > 0:
-            names[-1] = {2: "U", 4: "uUu"}.get(k1) if rod.height > 0 else None
-        elif k1 == 2 and rod.height < 0:
-            names[-1] = "W"
-        elif k1 == 4:
-            dimpled.append((rod.height, i))
-    dimpled.sort()
-    if dimpled and (len(dimpled) == 2 or dimpled[0][0] < 0):
-        names[dimpled[0][1]] = "uUui"
-    if len(dimpled) == 2:
-        names[dimpled[1][1]] = "w"
+    names = [_name(*state) for state in states]
+    if names.count("U") > 1 or (names.count("U") and "US+" in names):
+        return ["w" if name == "U" and not reaches_no_shear(states[i][0]) else name for i, name in enumerate(names)]
     return names
+
+
+def _name(solution: Solution, cls: str, index: int, side: str) -> str | None:
+    if cls != "+" or index != 0 or is_wound(solution, cls):
+        return None
+    rod = RodState(solution)
+    if side:
+        if is_twisted(solution):
+            return ("TU" if rod.height > 0 else "TW") + side
+        return ("S" if abs(rod.height) < ZERO_HEIGHT else "US" if rod.height > 0 else "WS") + side
+    inflections = rod.inflections["k1"]
+    if middle_curvature(solution) > 0:
+        return {2: "U", 4: "uUu"}.get(inflections) if rod.height > 0 else None
+    if inflections == 2 and rod.height < 0:
+        return "W"
+    slope = _slope_of_middle(solution)
+    return None if slope is None else "w" if slope < 0 else "uUui"
+
+
+def reaches_no_shear(solution: Solution) -> bool:
+    """Whether a state stays stable while its shear is taken away, and does not turn back before."""
+    shear = solution["dD"]
+    if shear == 0.0:
+        return True
+    options = TraceOptions(
+        mesh=MeshControl(tolerance=1e-6), locate=("fold",), max_folds=0,
+        bounds={"dD": (min(0.0, shear), max(0.0, shear))},
+    )  # fmt: skip
+    branch = trace(rod_problem(), solution, ("dD",), options, both=False, direction=-math.copysign(1.0, shear))
+    return branch.ends[1] is EndReason.RANGE and all(morse_index_of(p.solution) == 0 for p in branch.points)
+
+
+def _slope_of_middle(solution: Solution) -> float | None:
+    """Derivative of k1(1/2) by |dD|; None where the neighbors cannot be solved for."""
+    shear, bend = solution["dD"], []
+    options = TraceOptions(mesh=MeshControl(tolerance=1e-8))
+    for step in (-SHEAR_STEP, SHEAR_STEP):
+        near = solution.with_parameters(dD=shear + math.copysign(1.0, shear) * step)
+        try:
+            bend.append(middle_curvature(solve(rod_problem(), near, ("dD",), options)))
+        except NotConverged:
+            return None
+    return (bend[1] - bend[0]) / (2.0 * SHEAR_STEP)

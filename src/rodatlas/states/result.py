@@ -1,0 +1,126 @@
+"""What a search for states found, as a result: states, counts, JSON."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Any
+
+from rodatlas.continuation import Solution
+from rodatlas.rods.ends import Ends
+from rodatlas.rods.state import RodState
+from rodatlas.states.single import is_wound, twist
+
+SCHEMA = "rodatlas/states/1"
+
+
+@dataclass(frozen=True)
+class FoundState:
+    """One equilibrium.
+
+    Attributes
+    ----------
+    cls : '+' or '-', the class.
+    name : None where nothing that is known at one setting decides (:func:`rodatlas.states.single.names_of`).
+    index : Morse index, -1 if it could not be counted.
+    pair : '+' or '-' of a reversal-broken state, None of a symmetric one.
+    count : how often the search met it or its partner.
+    """
+
+    solution: Solution
+    cls: str
+    name: str | None
+    index: int
+    pair: str | None
+    count: int
+
+    def __repr__(self) -> str:
+        name = self.name or "unnamed"
+        return (
+            f"FoundState({name}, class {self.cls}: energy {self.solution['energy']:.6g}, height "
+            f"{self.solution['height']:.6g}, index {self.index}, {self.turns:.2f} turns)"
+        )
+
+    @property
+    def stable(self) -> bool:
+        return self.index == 0
+
+    @property
+    def twist(self) -> float:
+        """int tau ds [rad]."""
+        return twist(self.solution)
+
+    @property
+    def turns(self) -> float:
+        """int tau ds / 2 pi."""
+        return self.twist / (2.0 * math.pi)
+
+    @property
+    def wound(self) -> bool:
+        """Whether the band is wound up (:func:`rodatlas.states.single.is_wound`)."""
+        return is_wound(self.solution, self.cls)
+
+    def to_json(self) -> dict[str, Any]:
+        """The state as in schema rodatlas/states/1; N0, M0 in body components at s = 0."""
+        rod = RodState(self.solution)
+        return {
+            "name": self.name, "class": self.cls, "stable": self.stable,
+            "index": self.index if self.index >= 0 else None,
+            "height": rod.height, "energy": rod.energy, "symmetric": self.pair is None, "pair": self.pair,
+            "N0": rod.force[0].tolist(), "M0": rod.moment[0].tolist(), "inflections": rod.inflections,
+            "twist": self.twist, "turns": self.turns, "wound": self.wound, "met": self.count,
+            "error": self.solution.error,
+        }  # fmt: skip
+
+
+@dataclass(frozen=True)
+class Discovery:
+    """Result of a search: states in order of class, then energy, and what the search met.
+
+    Attributes
+    ----------
+    starts, converged : numbers over all classes searched; the latter counts solutions within the force range.
+    distinct : different states listed, a +/- pair counted once.
+    unseen_estimate, unseen_probability : see :func:`rodatlas.states.census.unseen`, over the states listed.
+    force_range : states of larger |N| were left out, None when none was.
+    rounds : starts for each class after each round of the search.
+    wound_left_out : wound-up states that were met but are not listed, a pair counted once.
+    dropped : solutions that collocation did not confirm.
+    deflated : states that only deflation found (a pair counted once) and its attempts; None when there was none.
+    """
+
+    ends: Ends
+    poisson: float
+    states: tuple[FoundState, ...]
+    starts: int
+    converged: int
+    distinct: int
+    unseen_estimate: float
+    unseen_probability: float
+    force_range: float | None
+    rounds: tuple[int, ...]
+    wound_left_out: int
+    dropped: int = 0
+    deflated: tuple[int, int] | None = None
+
+    def __repr__(self) -> str:
+        stable = sum(s.stable for s in self.states)
+        return f"Discovery({len(self.states)} states, {stable} stable; {self.converged} of {self.starts} converged)"
+
+    def named(self, name: str) -> FoundState | None:
+        """The state of least energy with a name, such as 'US+'."""
+        fitting = [s for s in self.states if s.name == name]
+        return min(fitting, key=lambda s: s.solution["energy"], default=None)
+
+    def to_json(self) -> dict[str, Any]:
+        deflation = None if self.deflated is None else {"found": self.deflated[0], "attempts": self.deflated[1]}
+        return {
+            "schema": SCHEMA, "angle_deg": self.ends.angle_deg, "shear": self.ends.shear,
+            "compression": self.ends.compression, "poisson": self.poisson, "states": [s.to_json() for s in self.states],
+            "search": {
+                "starts": self.starts, "converged": self.converged, "distinct": self.distinct,
+                "unseen_estimate": self.unseen_estimate, "unseen_probability": self.unseen_probability,
+                "force_range": self.force_range, "rounds": list(self.rounds), "wound_left_out": self.wound_left_out,
+                "dropped": self.dropped, "deflation": deflation,
+            },
+        }  # fmt: skip
