@@ -171,7 +171,7 @@ def _collected(
     found = [replace(s, name=name) for s, name in zip(found, names, strict=True)]
     number, chance = unseen(np.array([states[0].count for states in kept], dtype=int))
     return Discovery(
-        ends, poisson, tuple(found), starts=sum(r[-1] for r in rounds),
+        ends, tuple(found), poisson=poisson, starts=sum(r[-1] for r in rounds),
         converged=sum(sum(c.counts.values()) for c in parts), distinct=len(kept),
         unseen_estimate=number, unseen_probability=chance, force_range=limit,
         rounds=max((tuple(r) for r in rounds), key=lambda r: r[-1]),

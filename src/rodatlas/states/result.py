@@ -83,14 +83,14 @@ class Discovery:
     distinct : different states listed, a +/- pair counted once.
     unseen_estimate, unseen_probability : see :func:`rodatlas.states.census.unseen`, over the states listed.
     force_range : states of larger |N| were left out, None when none was.
+    dropped : solutions that collocation did not confirm.
+    poisson : Poisson's ratio.
     rounds : starts for each class after each round of the search.
     wound_left_out : wound-up states that were met but are not listed, a pair counted once.
-    dropped : solutions that collocation did not confirm.
     deflated : states that only deflation found (a pair counted once) and its attempts; None when there was none.
     """
 
     ends: Ends
-    poisson: float
     states: tuple[FoundState, ...]
     starts: int
     converged: int
@@ -98,9 +98,10 @@ class Discovery:
     unseen_estimate: float
     unseen_probability: float
     force_range: float | None
-    rounds: tuple[int, ...]
-    wound_left_out: int
     dropped: int = 0
+    poisson: float = 0.25
+    rounds: tuple[int, ...] = ()
+    wound_left_out: int = 0
     deflated: tuple[int, int] | None = None
 
     def __repr__(self) -> str:
