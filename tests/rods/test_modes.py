@@ -138,6 +138,14 @@ def test_w_loses_stability_out_of_plane_at_77_degrees():
     assert critical.s[np.argmax(z)] == pytest.approx(0.5, abs=0.05)
 
 
+def test_planar_states_are_found_at_a_bifurcation_in_shear_too():
+    """Held there, W cannot be solved for: the equations are singular."""
+    states, missing = planar_states(0.625, np.radians(76.9499197), 0.5)
+    assert missing == ""
+    assert critical_mode(states["W"]).eigenvalue == pytest.approx(0.0, abs=1e-4)
+    assert states["W"]["height"] == pytest.approx(-0.0436257, abs=1e-6)
+
+
 def test_wrong_count():
     with pytest.raises(ValueError, match="count: expected 1 to 20, got 0"):
         critical_modes(state_at(Ends(15.0)), 0)

@@ -12,7 +12,17 @@ from dataclasses import replace
 
 import numpy as np
 
-from rodatlas.continuation import Branch, EndReason, MeshControl, Solution, StepControl, TraceOptions, solve, trace
+from rodatlas.continuation import (
+    Branch,
+    EndReason,
+    MeshControl,
+    NotConverged,
+    Solution,
+    StepControl,
+    TraceOptions,
+    solve,
+    trace,
+)
 from rodatlas.rods.perfectly_anisotropic import rod_problem
 from rodatlas.rods.symmetry import mirror_angle
 
@@ -63,9 +73,16 @@ def planar_states(
             why = branch.ends[1].value if branch else "no path"
             return found, f"{missing}: {why} at {parameter} = {here[parameter]:.6g}"
         if name:
-            state = mirror_angle(here) if name != "U" else here
-            found[name] = solve(rod_problem(), state, ("dD",), options)
+            found[name] = _alone(mirror_angle(here) if name != "U" else here, options)
     return found, ""
+
+
+def _alone(state: Solution, options: TraceOptions) -> Solution:
+    """The state solved with every parameter held; as it is where that is singular, at a bifurcation in shear."""
+    try:
+        return solve(rod_problem(), state, ("dD",), options)
+    except NotConverged:
+        return state
 
 
 def _options(tolerance: float) -> TraceOptions:
