@@ -260,6 +260,8 @@ def _follow_other(
         cache.put(ident, branch)
     symmetric = is_symmetric(branch.points[len(branch) // 2].solution)
     starts_there = same_state(branch.points[0].solution, special.solution)
+    if not starts_there and not any(same_state(x.solution, special.solution) for x in branch.special):
+        frontier.warnings.append(f"branch {ident} does not list the branch point that it was found at: {special!r}")
     frontier.add(Followed(ident, branch, symmetric, (parent.id, number) if starts_there else None))
 
 
