@@ -81,11 +81,14 @@ def _next_place(known: list[Place], sharp: bool) -> float | None:
 
 def _minimum(known: list[Place]) -> float | None:
     """Minimum on 0 < t < 1 of the parabola through three points, when it is low."""
-    t, v = np.array(known).T
-    bend, slope, level = np.polyfit(t, v, 2)
-    place = -slope / (2 * bend) if bend > 0 else 0.0
-    low = 0.0 < place < 1.0 and level - slope**2 / (4 * bend) < SUSPICIOUS * v.min()
-    return float(place) if low else None
+    (t0, v0), (t1, v1), (t2, v2) = known
+    falling, rising = (v1 - v0) / (t1 - t0), (v2 - v1) / (t2 - t1)
+    bend = (rising - falling) / (t2 - t0)  # v = v1 + slope (t - t1) + bend (t - t1)^2
+    if bend <= 0:
+        return None
+    slope = falling + bend * (t1 - t0)
+    place, depth = t1 - slope / (2 * bend), v1 - slope**2 / (4 * bend)
+    return place if 0.0 < place < 1.0 and depth < SUSPICIOUS * min(v0, v1, v2) else None
 
 
 def _corner(known: list[Place]) -> float | None:
