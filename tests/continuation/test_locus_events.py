@@ -6,7 +6,17 @@ import numpy as np
 import pytest
 from bvp_problems import algebraic, constant
 
-from rodatlas.continuation import EndReason, Locus, Status, TraceOptions, end_value, fold_locus_at, follow_locus, trace
+from rodatlas.continuation import (
+    EndReason,
+    Locus,
+    Status,
+    StepControl,
+    TraceOptions,
+    end_value,
+    fold_locus_at,
+    follow_locus,
+    trace,
+)
 
 PLANE = ("lam", "mu")
 
@@ -336,3 +346,19 @@ def test_two_events_on_one_step(name, d):
     at = 2 * d**3 / 3 if event == "cusp" else d
     assert found == pytest.approx([-at, at], abs=1e-6)
     assert all(e.status is Status.CONVERGED for e in locus.events)
+
+
+@pytest.mark.parametrize("factor", [0.3, 1.0, 3.0])
+@pytest.mark.parametrize("slant", [0.0, 0.01, 0.1])
+def test_an_extremum_beside_a_cusp(slant, factor):
+    """Folds mu = -x^2, lam = 2 x^3/3 - slant x^2: a cusp at x = 0; lam is extreme at x = slant, if not there."""
+    bvp = algebraic(lambda u, p: [p.lam - slant * p.mu + p.mu * u.x + u.x**3 / 3], parameters=PLANE)
+    start = constant(bvp, [-0.9], lam=0.9 * -0.64 + 0.243 - 0.64 * slant, mu=-0.64)
+    fold = trace(bvp, start, ("lam",), TraceOptions(bounds={"lam": (-1.0, 1.0)})).of_kind("fold")[0]
+    step = StepControl(initial=0.02 * factor, maximum=0.5 * factor, target=2e-3 * factor**3)
+    locus = in_plane(bvp, fold, step=step)
+    assert sorted(summary(locus)) == [("cusp", "")] + [("extremum", "lam")] * (slant > 0)
+    np.testing.assert_allclose(place(locus.of_kind("cusp")[0]), 0.0, atol=1e-9)
+    for event in locus.of_kind("extremum"):
+        assert event.solution["mu"] == pytest.approx(-(slant**2), abs=1e-7)
+        assert event.solution["lam"] == pytest.approx(-(slant**3) / 3, abs=1e-11)

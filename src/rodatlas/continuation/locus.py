@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 from rodatlas.continuation.collocation import add, arc_length, free_indices, scaled
-from rodatlas.continuation.locus_events import PITCHFORK, crowded, locate, watched
+from rodatlas.continuation.locus_events import PITCHFORK, crowded, locate, watched, with_sure_signs
 from rodatlas.continuation.locus_frame import LocusFrame, Sought, adapted, correct, first_frame
 from rodatlas.continuation.locus_hidden import cut_between
 from rodatlas.continuation.locus_results import Locus, LocusEvent, LocusPoint
@@ -19,6 +19,7 @@ from rodatlas.continuation.results import EndReason, SpecialPoint, Status
 from rodatlas.continuation.trace import NotConverged
 
 ALIGNED = 0.5  # cosine of the largest turn of a kernel vector on one step
+AT_CUSP = 1e-4  # arclength from a cusp within which a parameter is not told to be extreme: there all of them turn
 AT_START = 1e-5  # arclength within which an event is one at the start of a closed locus
 SMOOTH = 0.05  # the chord of a step may differ by this share from the mean of the tangents at its ends
 
@@ -79,6 +80,8 @@ def _joined(forward: _Walk, backward: _Walk | None, start: EndReason) -> Locus:
         points = [_flipped(p) for p in reversed(backward.points[1:])] + points
         events = [_flipped_event(e) for e in reversed(backward.events)] + events
         first = backward.end or EndReason.INTERRUPTED
+    cusps = [e.arclength for e in events if e.kind == "cusp"]
+    events = [e for e in events if e.kind != "extremum" or all(abs(e.arclength - c) > AT_CUSP for c in cusps)]
     sought, bvp = forward.sought, forward.start.colloc.bvp
     return Locus(
         sought.kind, forward.names, tuple(points), tuple(events), (first, forward.end or EndReason.INTERRUPTED),
@@ -134,7 +137,7 @@ class _Walk:
             whole = self._landed(*tried[:2]) if tried else None
             if self.end is not None:
                 break
-            stretch = cut_between(whole) if whole is not None else None
+            stretch = cut_between(with_sure_signs(whole, self.names)) if whole is not None else None
             events = self._events(stretch, step, largest) if stretch is not None else None
             if tried is None or stretch is None or events is None:
                 step *= 0.5
@@ -144,7 +147,8 @@ class _Walk:
             if self._breaks_up(stretch.right):
                 self.end = EndReason.UNFOLDED
                 break
-            self.end = EndReason.RANGE if stretch is whole and stretch.right is not tried[0] else None
+            at_bound = whole is not None and whole.right is not tried[0] and stretch.step == whole.step
+            self.end = EndReason.RANGE if at_bound else None
             self._accept(stretch, events)
             step = largest = control.next_step(step, tried[2], stretch.right.iterations)
 

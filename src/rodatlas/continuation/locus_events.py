@@ -48,36 +48,53 @@ class Watched:
         left, right = self.test(stretch.left), self.test(stretch.right)
         return bool(np.signbit(left) != np.signbit(right)) and max(abs(left), abs(right)) > ROUND_OFF
 
-    def is_doubtful(self, stretch: Stretch) -> bool:
-        """Whether both values are so small that the error of the last iterate matters."""
-        size = max(abs(self.test(frame)) for frame in (stretch.left, stretch.right))
-        return size < 100 * max(stretch.left.noise, stretch.right.noise)
-
 
 def watched(stretch: Stretch, names: tuple[str, ...]) -> list[Watched]:
-    """The test functions that change sign on a stretch, each once."""
-    sharp = None
-    found: list[Watched] = []
-    for candidate in _candidates(stretch):
-        if candidate.changes(stretch):
-            if candidate.is_doubtful(stretch):
-                sharp = sharp or _sharpened(stretch)
-            found += [candidate] if candidate.changes(sharp or stretch) else []
-    turns = []
-    for i, name in enumerate(names[:2]):
-        turn = Watched("extremum", _component(i), "", name)
-        if turn.changes(stretch):
-            if turn.is_doubtful(stretch):
-                sharp = sharp or _sharpened(stretch)
-            turns += [turn] if turn.changes(sharp or stretch) else []
+    """The test functions that change sign on a stretch, each once.
+
+    At a cusp the tangents of both parameters vanish as the quadratic term does: what is extreme beside it is told by
+    their ratio.
+    """
+    found = [candidate for candidate in _candidates(stretch) if candidate.changes(stretch)]
+    turns = [turn for turn in _turns(names) if turn.changes(stretch)]
     if _CUSP not in found:
         return found + turns
     meeting = _meeting(stretch, len(turns))
     if meeting is not None:
         return [meeting if w is _CUSP else w for w in found]
-    if len(turns) == 2:  # as at a cusp
-        return found
-    return found + (turns or [Watched("extremum", _component(i), "", name) for i, name in enumerate(names[:2])])
+    turned = [turn.parameter for turn in turns]
+    beside = [replace(turn, test=_beside_cusp(turn.test)) for turn in _turns(names) if turn.parameter not in turned]
+    return found + beside
+
+
+def _turns(names: tuple[str, ...]) -> list[Watched]:
+    return [Watched("extremum", _component(i), "", name) for i, name in enumerate(names[:2])]
+
+
+def _beside_cusp(test: Test) -> Test:
+    def ratio(frame: LocusFrame) -> float:
+        quadratic = frame.tests.values["cusp"]
+        return test(frame) / float(np.copysign(max(abs(quadratic), 1e-300), quadratic))
+
+    return ratio
+
+
+def with_sure_signs(stretch: Stretch, names: tuple[str, ...]) -> Stretch:
+    """The stretch, its right end evaluated once more where a test function changes sign by so little that the distance
+    of that frame from the iterate at which it was evaluated matters.
+
+    The sign at a frame, once it is the left end of the next stretch, is never evaluated again: whatever it is, each
+    event is then seen on one stretch.
+    """
+    right = stretch.right
+    near = [w for w in (*_candidates(stretch), *_turns(names)) if abs(w.test(right)) < 100 * right.noise]
+    if not any(w.changes(stretch) for w in near):
+        return stretch
+    found = correct(stretch.sought, right, right.x, right.tangent, stretch.options, exact=True)
+    if found is None:
+        return stretch
+    again = replace(found[0].after(stretch.left, stretch.step), iterations=right.iterations)
+    return replace(stretch, right=again)
 
 
 def smooth_tests(stretch: Stretch) -> list[Test]:
@@ -104,13 +121,6 @@ def _meeting(stretch: Stretch, turns: int) -> Watched | None:
 
 def _ends(stretch: Stretch) -> tuple[LocusFrame, LocusFrame]:
     return stretch.left, stretch.right
-
-
-def _sharpened(stretch: Stretch) -> Stretch:
-    """The stretch with tangents and test functions evaluated once more, at the last iterates."""
-    again = [correct(stretch.sought, f, f.x, f.tangent, stretch.options, exact=True) for f in _ends(stretch)]
-    left, right = (found[0] if found else old for found, old in zip(again, _ends(stretch), strict=True))
-    return replace(stretch, left=left, right=right)
 
 
 def _value(name: str) -> Test:
@@ -140,10 +150,9 @@ def _crossing(name: str, value: float) -> Test:
 
 
 def crowded(stretch: Stretch, found: list[Watched]) -> bool:
-    """Whether a shorter step should be taken: an extremum beside a cusp, or two extrema that may hide on the step."""
-    kinds = {w.kind for w in found}
-    if {"cusp", "extremum"} <= kinds:
-        return True
+    """Whether a shorter step should be taken, since two extrema may hide on this one (both may seem so at a cusp)."""
+    if _CUSP in found:
+        return False
     left, right = _ends(stretch)
     for i in range(2):
         mean = (right.x.scalars[i] - left.x.scalars[i]) / stretch.step
