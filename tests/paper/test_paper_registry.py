@@ -1,8 +1,10 @@
 """The list of figures, the numbers known from elsewhere, the files, and the command."""
 
 import json
+import re
 from importlib import import_module
 from inspect import signature
+from pathlib import Path
 
 import pytest
 
@@ -10,7 +12,10 @@ from rodatlas.cli import main
 from rodatlas.paper import ENTRIES, NOT_DRAWN, chosen, names
 from rodatlas.paper.drawn import Number, known_numbers
 from rodatlas.paper.output import draw_to, page_of, stored_records, texts_of, to_json, write_tables
+from rodatlas.paper.page import SHOWN, write_page
+from rodatlas.paper.sources import Sources, slice_settings
 
+DOCS = Path(__file__).parents[2] / "docs" / "atlas"
 PAPER_FIGURES = set(range(1, 28))
 
 
@@ -92,16 +97,27 @@ def test_one_figure_and_its_tables(capsys, folder, sources):
     assert all(n["agrees"] for n in numbers.values() if "known" in n)
     assert sum("known" in n for n in numbers.values()) == 6
     assert abs(numbers["energy of TU+ at dD = 0"]["value"] - 37.41956) < 1e-5
+    written = (folder / "slice-30.h5").stat().st_mtime_ns
     code, out, err = run(capsys, "paper", "--figure", "profiles", "--out", str(folder), "--json", "-")
     assert code == 0
     data = json.loads(out)
     assert [f["name"] for f in data["figures"]] == ["slice-15", "profiles"]
     assert json.loads((folder / "paper.json").read_text(encoding="utf-8")) == data
+    assert (folder / "slice-30.h5").stat().st_mtime_ns == written  # read, not computed
     assert "profiles: In tension all along: uUu." in err
     for name in ("slice-15", "profiles"):
         assert (folder / f"fig-{name}.png").stat().st_size > 20_000
         assert (folder / f"fig-{name}.pdf").stat().st_size > 10_000
         assert f"(fig-{name}.png)" in (folder / "paper.md").read_text(encoding="utf-8")
+
+
+def test_slices_of_another_range_have_a_folder_of_their_own(tmp_path):
+    """Their files have the same names, and would replace each other."""
+    sources = Sources(tmp_path)
+    wide, usual = slice_settings(55.0, 0.86), slice_settings(55.0)
+    assert sources.folder_of(usual) == tmp_path
+    assert sources.folder_of(wide) == tmp_path / "shear-to-0.86"
+    assert all(slice_settings(*need) for entry in ENTRIES for need in entry.needs)
 
 
 def test_records_of_another_version_are_left_out_and_damaged_ones_named(tmp_path):
@@ -137,3 +153,22 @@ def test_the_list_names_every_figure(capsys):
     for name in names():
         assert name in out
     assert out.count("(not drawn)") == len(NOT_DRAWN)
+
+
+def test_the_page_of_the_documentation_needs_every_figure(tmp_path):
+    with pytest.raises(ValueError, match=r"^folder: expected all figures to be drawn in .*, got none of setup, states"):
+        write_page(tmp_path, tmp_path)
+
+
+def test_the_page_of_the_documentation_has_the_numbers_of_today(sources):
+    """Those that are quick to draw; every figure it shows is there, small, and every figure has a part."""
+    page = (DOCS / "paper.md").read_text(encoding="utf-8")
+    for name in names():
+        assert f"## {name}\n" in page
+    written = {m[1]: float(m[2]) for m in re.finditer(r"^\| ([^|]+) \| (-?[\d.e+-]+)[^|]* \|", page, re.MULTILINE)}
+    for entry in chosen(["profiles", "sheared"]):
+        for n in entry.draw(sources).numbers:
+            assert written[n.quantity] == pytest.approx(n.value, rel=1e-5, abs=1e-7), n.quantity
+    shown = re.findall(r"\]\((paper-\S+\.png)\)", page)
+    assert len(shown) == len(SHOWN)
+    assert sum((DOCS / name).stat().st_size for name in shown) < 1_000_000

@@ -147,6 +147,7 @@ def paper_command(
     out: Annotated[str, typer.Option(help="Folder for figures and data.")] = "out",
     listing: Annotated[bool, typer.Option("--list", help="List the figures and exit.")] = False,
     workers: Annotated[str, typer.Option(help="Processes that compute slices [default: one per processor].")] = "",
+    fresh: Annotated[bool, typer.Option("--fresh", help="Compute everything again, even what the folder has.")] = False,
     json_to: Annotated[str, typer.Option("--json", help="Write the numbers as JSON to a file too, or to -.")] = "",
 ) -> None:
     """Draw our version of the paper's figures, with its numbers beside ours."""
@@ -155,7 +156,7 @@ def paper_command(
     if listing:
         show_list()
     else:
-        run(figure or [], out, workers, json_to)
+        run(figure or [], out, workers, json_to, fresh)
 
 
 @app.command("export")

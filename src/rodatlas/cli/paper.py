@@ -17,7 +17,7 @@ from rodatlas.cli.tables import say_table
 from rodatlas.paper import ENTRIES, NOT_DRAWN, Entry, chosen
 
 
-def run(wanted: Sequence[str], out: str, workers: str, json_to: str) -> None:
+def run(wanted: Sequence[str], out: str, workers: str, json_to: str, fresh: bool) -> None:
     """The command; texts come as typed and are checked here."""
     entries = chosen(wanted)
     folder = writable_folder(out)
@@ -26,7 +26,7 @@ def run(wanted: Sequence[str], out: str, workers: str, json_to: str) -> None:
     from rodatlas.atlas.slices.cache import write_text
     from rodatlas.paper.output import stored_records, to_json
 
-    records = _drawn(entries, folder, processes)
+    records = _drawn(entries, folder, processes, fresh)
     console = Console(stderr=json_to == "-")
     _say(records, console)
     console.print(f"files: {folder}/fig-*.png, fig-*.pdf, paper.md, paper.json", highlight=False, soft_wrap=True)
@@ -45,14 +45,16 @@ def _processes(text: str) -> int:
     return int(text)
 
 
-def _drawn(entries: Sequence[Entry], folder: Path, workers: int) -> list[dict[str, Any]]:
+def _drawn(entries: Sequence[Entry], folder: Path, workers: int, fresh: bool) -> list[dict[str, Any]]:
     """Draw figures one after the other; the records of all. What is finished stays."""
     from rodatlas.paper.output import draw_to, write_tables
     from rodatlas.paper.sources import Sources, slice_settings
 
     records = []
     with progress_bar("figures of the paper") as report:
-        sources = Sources(folder, workers, lambda message, done, left: report(f"slices: {message}", done, left), note)
+        sources = Sources(
+            folder, workers, lambda message, done, left: report(f"slices: {message}", done, left), note, fresh=fresh
+        )
         sources.prepare(slice_settings(angle, high) for entry in entries for angle, high in entry.needs)
         for done, entry in enumerate(entries):
             what, left = f"figure {entry.name}", len(entries) - done - 1

@@ -90,7 +90,7 @@ ENTRIES = (
 )  # fmt: skip
 
 NOT_DRAWN = {
-    "4, 6": "the slices at 0 and 5 deg with measured ranges: the paper prints no table of them",
+    "4, 6": "with measured ranges, which the paper does not print; for yours: `rodatlas slice --overlay`",
     "19, 22": "wide bands: needs the Audoly-Neukirch or Wunderlich model",
     "20, 21": "slices of wide bands: needs the Audoly-Neukirch or Wunderlich model",
     "24": "a sketch of Euler angles and frames; the directors are in `setup`",

@@ -15,17 +15,23 @@ from rodatlas.paper.sources import Sources
 
 SCHEMA = "rodatlas/paper/1"
 INTRODUCTION = f"""\
-The figures of {PAPER}, drawn anew from computed results, and their numbers beside those known from elsewhere.
-Lengths are in units of L, forces of GJ/L², energies of GJ/L; compression dL = 1/2 and Poisson's ratio 1/4 unless said.
+The figures of {PAPER}, drawn anew from computed results by `rodatlas paper`, and their numbers beside those known from
+elsewhere. Lengths are in units of L, forces of GJ/L², energies of GJ/L; the compression is ΔL = 1/2 and Poisson's ratio
+1/4 unless said.
 
-*Known* is what the paper gives ("paper": read to the digits shown), what AUTO-07p and a shooting program give
-("independent"), or a closed form. *Difference* is ours less that; it is bold where it exceeds the last digit shown.
+*Known* is what the paper gives ("paper", read to the digits shown), what AUTO-07p and a shooting program give
+("independent"), or a closed form. *Difference* is ours less that, in bold where it exceeds the last digit shown.
 """
-CLAMPS = """\
-## Clamps
+DISAGREEMENTS = """\
+## Where we differ from the paper
 
-The paper prints the condition x(1) = ΔL at the right clamp. The ends are 1 − ΔL apart, so that this holds only at
-ΔL = 1/2, where all its figures are; we use x(1) = 1 − ΔL at every compression.
+- **Clamp condition.** The paper prints x(1) = ΔL at the right clamp. The ends are 1 − ΔL apart, so that this holds only
+  at ΔL = 1/2, where all its figures are; we use x(1) = 1 − ΔL at every compression.
+- **Stability.** The paper infers from experiments and from the diagrams which states are stable. Here the index of
+  every equilibrium is computed by conjugate points, and compared with the second variation; the figures show it.
+- **W near 77 degrees.** Without shear, W is lost to a mode normal to its plane, while the planar state goes on; see the
+  figure `critical-mode`. Planar theory does not show this loss.
+- **Energy density.** The paper plots a κ₁² + τ², twice the energy density; so do the figures here, and say so.
 """
 
 
@@ -94,7 +100,7 @@ def page_of(records: Sequence[Mapping[str, Any]], images: Mapping[str, str]) -> 
     ----------
     images : name of a figure -> path of its picture, for those that are shown.
     """
-    parts = ["# Figures and numbers of the paper\n", INTRODUCTION, *_disagreements(records), CLAMPS]
+    parts = ["# Figures and numbers of the paper\n", INTRODUCTION, *_agreement(records), DISAGREEMENTS]
     for record in records:
         of = f"figure {record['of_paper']} of the paper" if record["of_paper"] else "not in the paper"
         parts.append(f"## {record['name']}\n")
@@ -109,7 +115,7 @@ def page_of(records: Sequence[Mapping[str, Any]], images: Mapping[str, str]) -> 
     return "\n".join(parts).rstrip() + "\n"
 
 
-def _disagreements(records: Iterable[Mapping[str, Any]]) -> list[str]:
+def _agreement(records: Iterable[Mapping[str, Any]]) -> list[str]:
     """A paragraph on the numbers that differ from those known from elsewhere."""
     numbers = [(r["name"], n) for r in records for n in r["numbers"] if "known" in n]
     differ = [f"{name}: {n['quantity']}" for name, n in numbers if not n["agrees"]]

@@ -23,14 +23,16 @@ class Sources:
     Parameters
     ----------
     folder : where the data files lie, named as those of `rodatlas slice` and `rodatlas loci`.
-    workers : processes that compute slices.
+    workers : processes that compute slices. fresh : compute everything again, even what the folder has.
     report : called as the work goes on. say : told in one line what happens to files.
     """
 
     def __init__(
-        self, folder: Path, workers: int = 1, report: Report | None = None, say: Callable[[str], None] | None = None
-    ):
-        self.folder, self.workers, self.report, self._say = folder, workers, report or _silent, say
+        self, folder: Path, workers: int = 1, report: Report | None = None, say: Callable[[str], None] | None = None,
+        *, fresh: bool = False,
+    ):  # fmt: skip
+        self.folder, self.workers, self.report = folder, workers, report or _silent
+        self._say, self._fresh = say, fresh
         self._slices: dict[SliceSettings, Slice] = {}
         self._loci: Loci | None = None
 
@@ -54,12 +56,12 @@ class Sources:
         folders: dict[Path, list[SliceSettings]] = {}
         for one in dict.fromkeys(settings):
             if one not in self._slices:
-                folders.setdefault(self._folder_of(one), []).append(one)
+                folders.setdefault(self.folder_of(one), []).append(one)
         for where, missing in folders.items():
             from rodatlas.atlas.study import obtain_slices
 
             where.mkdir(parents=True, exist_ok=True)
-            found = obtain_slices(missing, where, self.workers, self.report, say=self._say)
+            found = obtain_slices(missing, where, self.workers, self.report, fresh=self._fresh, say=self._say)
             self._slices |= dict(zip(missing, found, strict=True))
 
     def loci(self) -> Loci:
@@ -68,10 +70,11 @@ class Sources:
             from rodatlas.atlas.loci.obtain import obtain_loci
             from rodatlas.atlas.loci.result import LociSettings
 
-            self._loci = obtain_loci(LociSettings(), self.folder, (), self.report, say=self._say)
+            fresh = self._fresh
+            self._loci = obtain_loci(LociSettings(), self.folder, (), self.report, fresh=fresh, say=self._say)
         return self._loci
 
-    def _folder_of(self, settings: SliceSettings) -> Path:
+    def folder_of(self, settings: SliceSettings) -> Path:
         """Slices of another range of shear have the same file names: they lie in a folder of their own."""
         usual = slice_settings(settings.angle_deg).shear_max
         return self.folder if settings.shear_max == usual else self.folder / f"shear-to-{settings.shear_max:g}"
