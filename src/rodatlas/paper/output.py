@@ -23,7 +23,7 @@ elsewhere. Lengths are in units of L, forces of GJ/L², energies of GJ/L; the co
 ("independent"), or a closed form. *Difference* is ours less that, in bold where it exceeds the last digit shown.
 """
 DISAGREEMENTS = """\
-## Where we differ from the paper
+## Differences from the paper, and conventions
 
 - **Clamp condition.** The paper prints x(1) = ΔL at the right clamp. The ends are 1 − ΔL apart, so that this holds only
   at ΔL = 1/2, where all its figures are; we use x(1) = 1 − ΔL at every compression.
@@ -110,8 +110,8 @@ def page_of(records: Sequence[Mapping[str, Any]], images: Mapping[str, str]) -> 
         if record["numbers"]:
             parts.append(_table(record["numbers"]))
         parts += [f"- {remark}" for remark in record["remarks"]] + ([""] if record["remarks"] else [])
-    parts.append("## What is not drawn\n")
-    parts += [f"- Figures {of}: {why}." for of, why in NOT_DRAWN.items()]
+    parts.append("## Figures of the paper that are not drawn\n")
+    parts += [f"- {of}: {why}." for of, why in NOT_DRAWN.items()]
     return "\n".join(parts).rstrip() + "\n"
 
 
@@ -147,8 +147,9 @@ def text_of(value: float) -> str:
 
 
 def texts_of(value: float, known: float, resolution: float) -> tuple[str, str]:
-    """Ours and the known number, that with the digits that it has, ours with one more."""
+    """Ours and the known number, that with the digits that it has, ours with one or two more."""
     if not resolution:
         return text_of(value), text_of(known)
     digits = max(0, math.ceil(-math.log10(2.0 * resolution)))  # the resolution is half a unit of the last digit or more
-    return f"{value:.{digits + 1}f}", f"{known:.{digits}f}"
+    more = 1 if digits > 2 else 2
+    return f"{value:.{digits + more}f}", f"{known:.{digits}f}"
