@@ -44,7 +44,8 @@ def load_discovery(path: str | os.PathLike[str]) -> Discovery:
     with checked_hdf5(path, SCHEMA) as file:
         groups = [file[f"states/{i}"] for i in range(int(file.attrs["count"]))]
         states = tuple(FoundState(read_solutions(g)[0], **json.loads(g.attrs["record"])) for g in groups)
-        search: dict[str, Any] = {k: tuple(v) if isinstance(v, list) else v for k, v in json.loads(file.attrs["search"]).items()}
+        search: dict[str, Any] = json.loads(file.attrs["search"])
+        search |= {name: tuple(value) for name, value in search.items() if isinstance(value, list)}
         return Discovery(Ends(**json.loads(file.attrs["ends"])), states, **search)
 
 
