@@ -111,6 +111,18 @@ def test_one_figure_and_its_tables(capsys, folder, sources):
         assert f"(fig-{name}.png)" in (folder / "paper.md").read_text(encoding="utf-8")
 
 
+def test_a_figure_that_fails_is_reported_and_the_others_are_drawn(capsys, folder, monkeypatch):
+    def fail(sources):
+        raise ValueError("slice: expected a fold,\ngot none")
+
+    monkeypatch.setattr("rodatlas.paper.profiles.draw", fail)
+    code, out, err = run(capsys, "paper", "--figure", "profiles", "--figure", "setup", "--out", str(folder))
+    assert code == 1
+    assert "fig-" in out
+    assert err.splitlines()[-1] == "rodatlas: figure profiles: slice: expected a fold, got none"
+    assert (folder / "fig-setup.png").exists()
+
+
 def test_slices_of_another_range_have_a_folder_of_their_own(tmp_path):
     """Their files have the same names, and would replace each other."""
     sources = Sources(tmp_path)

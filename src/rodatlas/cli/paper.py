@@ -26,7 +26,7 @@ def run(wanted: Sequence[str], out: str, workers: str, json_to: str, fresh: bool
     from rodatlas.atlas.slices.cache import write_text
     from rodatlas.paper.output import stored_records, to_json
 
-    records = _drawn(entries, folder, processes, fresh)
+    records, failed = _drawn(entries, folder, processes, fresh)
     console = Console(stderr=json_to == "-")
     _say(records, console)
     console.print(f"files: {folder}/fig-*.png, fig-*.pdf, paper.md, paper.json", highlight=False, soft_wrap=True)
@@ -35,6 +35,10 @@ def run(wanted: Sequence[str], out: str, workers: str, json_to: str, fresh: bool
         sys.stdout.write(text)
     elif json_file is not None:
         write_text(json_file, text)
+    for name, why in failed.items():
+        note(f"rodatlas: figure {name}: {' '.join(why.split())}")
+    if failed:
+        sys.exit(1)
 
 
 def _processes(text: str) -> int:
@@ -45,12 +49,19 @@ def _processes(text: str) -> int:
     return int(text)
 
 
-def _drawn(entries: Sequence[Entry], folder: Path, workers: int, fresh: bool) -> list[dict[str, Any]]:
-    """Draw figures one after the other; the records of all. What is finished stays."""
+def _drawn(
+    entries: Sequence[Entry], folder: Path, workers: int, fresh: bool
+) -> tuple[list[dict[str, Any]], dict[str, str]]:
+    """Draw figures one after the other; the records of all, and why those that could not be drawn failed.
+
+    What is finished stays.
+    """
+    from rodatlas.continuation import NotConverged
     from rodatlas.paper.output import draw_to, write_tables
     from rodatlas.paper.sources import Sources, slice_settings
 
-    records = []
+    records: list[dict[str, Any]] = []
+    failed: dict[str, str] = {}
     with progress_bar("figures of the paper") as report:
         sources = Sources(
             folder, workers, lambda message, done, left: report(f"slices: {message}", done, left), note, fresh=fresh
@@ -62,9 +73,12 @@ def _drawn(entries: Sequence[Entry], folder: Path, workers: int, fresh: bool) ->
             sources.report = lambda message, *_, what=what, done=done, left=left: report(
                 f"{what}: {message}", done, left
             )
-            records.append(draw_to(entry, sources, folder))
+            try:
+                records.append(draw_to(entry, sources, folder))
+            except (ValueError, NotConverged) as error:  # the other figures do not need it
+                failed[entry.name] = str(error)
             write_tables(folder)
-    return records
+    return records, failed
 
 
 def show_list() -> None:

@@ -12,8 +12,11 @@ from pathlib import Path
 from rodatlas.paper import names
 from rodatlas.paper.output import page_of, stored_records
 
-SHOWN = ("states", "close-ups-28", "close-ups-44", "profiles", "snap", "poisson", "sheared", "critical-mode")
-PIXELS, COLORS = 1000, 96  # width of a picture, and size of its palette
+SHOWN = (
+    "setup", "states", "slice-0", "slice-55", "close-ups-28", "close-ups-44", "profiles", "snap", "poisson", "sheared",
+    "critical-mode",
+)  # fmt: skip
+PIXELS, COLORS = 1000, 256  # width of a picture, and size of its palette
 
 
 def write_page(folder: Path, target: Path, shown: Sequence[str] = SHOWN) -> list[Path]:
@@ -50,7 +53,7 @@ def _small_copy(source: Path, target: Path) -> Path:
     with Image.open(source) as full:
         height = round(full.height * PIXELS / full.width)
         small = full.convert("RGB").resize((PIXELS, height), Image.Resampling.LANCZOS)
-    small.quantize(COLORS, Image.Quantize.MEDIANCUT, dither=Image.Dither.NONE).save(target, optimize=True)
+    small.quantize(COLORS, Image.Quantize.MAXCOVERAGE, dither=Image.Dither.NONE).save(target, optimize=True)
     return target
 
 

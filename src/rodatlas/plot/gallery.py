@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from rodatlas.continuation import Solution
 
 CAPTION, GAP = 0.22, 0.12  # height of the line under a drawing and gap between rows, in inches
-FOOT = 0.42
+FOOT = 0.56
 
 
 @dataclass(frozen=True)
