@@ -32,7 +32,7 @@ LEAST_BLOCK = 0.02  # of the recursion, against that of a band without load
 
 
 @njit(cache=True)
-def _shape(strain, start, poses, middles):
+def shape_of(strain, start, poses, middles):
     """Poses (J + 1, 7) between pieces, and (d1, d3, X) in the middle of each, (J, 9), for strain (J, 2)."""
     count = strain.shape[0]
     h = 1.0 / count
@@ -228,7 +228,7 @@ def _relax(strain, start, target, softness, most, tolerance, poses, middles, fee
     force[:] = 0.0
     shift, gradient = FIRST_SHIFT, np.inf
     for _ in range(most):
-        _shape(strain, start, poses, middles)
+        shape_of(strain, start, poses, middles)
         tip = poses[count, 4:]
         rotation_between(poses[count, :4], target[:4], gap)
         closure[:3] = gap
@@ -257,6 +257,16 @@ def _relax(strain, start, target, softness, most, tolerance, poses, middles, fee
     return gradient
 
 
+@njit(cache=True)
+def fill_constants(arm, load, constants):
+    """`constants` (6,) = (n, m(0)) from `load` (6,), moment at the right end and force, and `arm` (3,) to that end."""
+    n1, n2, n3 = load[3], load[4], load[5]
+    constants[0], constants[1], constants[2] = n1, n2, n3
+    constants[3] = load[0] + arm[1] * n3 - arm[2] * n2
+    constants[4] = load[1] + arm[2] * n1 - arm[0] * n3
+    constants[5] = load[2] + arm[0] * n2 - arm[1] * n1
+
+
 @njit(cache=True, nogil=True)
 def relax_batch(strains, start, target, softness, iterations, tolerance, poses, constants):
     """Relax bands (B, J, 2) in place, each for its own number of `iterations` (B,) at most.
@@ -275,10 +285,5 @@ def relax_batch(strains, start, target, softness, iterations, tolerance, poses, 
                               feedback, change, force)  # fmt: skip
         poses[b] = inner[::every]
         poses[b, -1] = target
-        r1, r2, r3 = inner[pieces, 4] - start[4], inner[pieces, 5] - start[5], inner[pieces, 6] - start[6]
-        n1, n2, n3 = force[3], force[4], force[5]
-        constants[b, 0], constants[b, 1], constants[b, 2] = n1, n2, n3
-        constants[b, 3] = force[0] + r2 * n3 - r3 * n2
-        constants[b, 4] = force[1] + r3 * n1 - r1 * n3
-        constants[b, 5] = force[2] + r1 * n2 - r2 * n1
+        fill_constants(inner[pieces, 4:] - start[4:], force, constants[b])
     return gradients

@@ -7,7 +7,7 @@ import numpy as np
 from rodatlas.continuation import MeshControl, NotConverged, Solution, TraceOptions, solve
 from rodatlas.rods.ends import Ends
 from rodatlas.rods.perfectly_anisotropic import rod_problem
-from rodatlas.states.shooting import as_guess
+from rodatlas.states.shooting import guess_from
 from rodatlas.states.starts import clamps
 
 NODES = 64  # intervals of the guess for Newton's method
@@ -21,7 +21,7 @@ NEAR = 2e-3  # relative difference of energy between the pieces and the solution
 def descend(shape: Solution, shear: float | None = None, tolerance: float = 1e-8) -> Solution | None:
     """The equilibrium at which the steepest descent of the energy ends, starting from a shape.
 
-    The strains of the shape are relaxed with the ends held (see `rodatlas.states._relaxation_kernel`): the path of an
+    The strains of the shape are relaxed with the ends held (see `rodatlas.states._descent_kernel`): the path of an
     overdamped band, in the metric of the energy. Only a stable state is an end of such a path. It is then solved by
     Newton's method.
 
@@ -35,20 +35,20 @@ def descend(shape: Solution, shear: float | None = None, tolerance: float = 1e-8
     -------
     the equilibrium, or None when the descent has not settled or Newton's method leaves its end.
     """
-    from rodatlas.states._relaxation_kernel import relax_batch
+    from rodatlas.states._descent_kernel import descend_band
 
     a, held = shape["a"], shape["dD"] if shear is None else shear
     ends = Ends(float(np.degrees(shape["psi0"])), shape["dL"], held)
     middles = (np.arange(PIECES) + 0.5) / PIECES
-    strain = np.ascontiguousarray(np.stack([shape(middles, "k1"), shape(middles, "tau")], axis=-1))[None]
+    strain = np.ascontiguousarray(np.stack([shape(middles, "k1"), shape(middles, "tau")], axis=-1))
     left, right = clamps(ends)
-    poses, constants = np.empty((1, NODES + 1, 7)), np.empty((1, 6))
-    gradient = relax_batch(strain, left, right[None], 1.0 / a, np.array([STEPS]), TOLERANCE, poses, constants)[0]
+    poses, constants = np.empty((NODES + 1, 7)), np.empty(6)
+    gradient = descend_band(strain, left, right, 1.0 / a, STEPS, TOLERANCE, poses, constants)
     if not gradient < SETTLED:
         return None
-    energy = 0.5 * float(np.mean(a * strain[0, :, 0] ** 2 + strain[0, :, 1] ** 2))
+    energy = 0.5 * float(np.mean(a * strain[:, 0] ** 2 + strain[:, 1] ** 2))
     try:
-        guess = as_guess(poses[0], constants[0], a, ends)
+        guess = guess_from(poses, constants, a, ends)
         found = solve(rod_problem(), guess, ("dD",), TraceOptions(mesh=MeshControl(tolerance=tolerance)))
     except NotConverged:
         return None

@@ -99,10 +99,15 @@ def as_guess(shots: Shots, row: int, a: float, ends: Ends) -> Solution:
 
     poses, constants = shots.poses[row : row + 1].copy(), shots.constants[row]
     march_batch(poses, constants[None], 1.0 / a, PLACES // int(shots.segments[row]), 2, TABLEAU, WEIGHTS)
-    frame = np.moveaxis(np.array(directors(poses[0, :, :4])), 0, -2)
+    return guess_from(poses[0], constants, a, ends)
+
+
+def guess_from(poses: np.ndarray, constants: np.ndarray, a: float, ends: Ends) -> Solution:
+    """Poses (K + 1, 7) at equidistant places and constants (6,) as a guess for the rod problem on K mesh intervals."""
+    frame = np.moveaxis(np.array(directors(poses[:, :4])), 0, -2)
     force = frame @ constants[:3]
-    arm = poses[0, :, 4:] - poses[0, 0, 4:]
+    arm = poses[:, 4:] - poses[0, 4:]
     moment = np.einsum("kda,ka->kd", frame, constants[3:] - np.cross(arm, constants[:3]))
-    values = np.column_stack([force, moment[:, 1], moment[:, 0] / a, moment[:, 2], poses[0]])
+    values = np.column_stack([force, moment[:, 1], moment[:, 0] / a, moment[:, 2], poses])
     parameters = {"a": a, "psi0": ends.angle, "dL": ends.compression, "dD": ends.shear}
-    return Solution.from_values(np.linspace(0.0, 1.0, PLACES + 1), values, UNKNOWNS, parameters)
+    return Solution.from_values(np.linspace(0.0, 1.0, len(poses)), values, UNKNOWNS, parameters)
