@@ -1,5 +1,7 @@
 """Loci of the band's bifurcations: the events whose angles the paper gives."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -16,9 +18,9 @@ def branch(family, high=0.75):
     )
 
 
-def locus(special, low, high, within=()):
+def locus(special, low, high, **options):
     bounds = {"dD": (0.0, 0.7), "psi0": (np.radians(low), np.radians(high))}
-    return follow_locus(rod_problem(), special, PLANE, TraceOptions(bounds=bounds, within=within))
+    return follow_locus(rod_problem(), special, PLANE, TraceOptions(bounds=bounds, **options))
 
 
 def angles(found, kind, parameter=""):
@@ -80,6 +82,18 @@ def test_fold_locus_12_is_born_where_pitchfork_4_turns_subcritical(u_branch):
     (end,) = folds.of_kind("criticality")
     assert end.solution["psi0"] == pytest.approx(event.solution["psi0"], abs=1e-5)
     assert end.solution["dD"] == pytest.approx(event.solution["dD"], abs=1e-5)
+
+
+@pytest.mark.parametrize(("factor", "target"), [(3.0, 2e-2), (0.5, 2e-4)])
+def test_events_do_not_depend_on_the_steps(fold_of_w, folds_of_w, factor, target):
+    """Seven of them; two cusps lie close to an extremum."""
+    base = TraceOptions().step
+    step = replace(base, initial=factor * base.initial, maximum=factor * base.maximum, target=target)
+    found = locus(fold_of_w, 0.0, 31.0, step=step)
+    assert [(e.kind, e.parameter) for e in found.events] == [(e.kind, e.parameter) for e in folds_of_w.events]
+    for one, two in zip(found.events, folds_of_w.events, strict=True):
+        assert one.status is Status.CONVERGED
+        assert [one.solution[name] for name in PLANE] == pytest.approx([two.solution[n] for n in PLANE], abs=1e-6)
 
 
 def test_a_locus_is_followed_within_a_symmetry(fold_of_w, folds_of_w):
