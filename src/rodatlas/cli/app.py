@@ -86,15 +86,16 @@ def solve_command(
     angle: Angle,
     shear: Annotated[str, typer.Option(help="Shear dD.")],
     state: Annotated[str, typer.Option(help="Name: U, W, w, uUu, uUui; of a pair: US+, US-, WS+, TU+, TW+, S+ ..")],
-    out: Annotated[str, typer.Option(help="File for the solution; .h5 and .csv are written.")],
+    out: Annotated[str, typer.Option(help="File for the solution, .h5 and .csv [default: in out/, by its name].")] = "",
     compression: Compression = "0.5",
     poisson: Poisson = "0.25",
     tol: Tolerance = "1e-8",
+    folder: Annotated[str, typer.Option("--from", help="Folder of a slice to use if there [default: out].")] = "",
 ) -> None:
     """Compute one named stable state and print its observables."""
     from rodatlas.cli.solve import run
 
-    run(angle, shear, state, out, compression, poisson, tol)
+    run(angle, shear, state, out, compression, poisson, tol, folder)
 
 
 @app.command("states")

@@ -17,23 +17,25 @@ if TYPE_CHECKING:
     from rodatlas.continuation import Solution
 
 
-def run(angle: str, shear: str, state: str, out: str, compression: str, poisson: str, tol: str) -> None:
+def run(angle: str, shear: str, state: str, out: str, compression: str, poisson: str, tol: str, folder: str) -> None:
     """The command; texts come as typed and are checked here."""
     value = number("shear", shear)
     settings = settings_from(angle, compression, poisson, tol)
     Ends(settings.angle_deg, settings.compression, value)
-    path = _target(out)
+    path = _target(out or f"out/{state}-{settings.angle_deg:g}-dD{value:g}.h5")
     from rodatlas.atlas.slices.reach import reach, split_name
     from rodatlas.plot.exports import solution_table, write_csv
 
     split_name(state)
+    if folder and not Path(folder).is_dir():
+        raise ValueError(f"from: expected a folder with a slice, got '{folder}'")
     with progress_bar(f"{state} at {settings.angle_deg:g} deg, shear {value:g}") as report:
-        solution, _ = reach(settings, state, value, progress=report)
+        solution, source = reach(settings, state, value, progress=report, folder=Path(folder or "out"))
     solution.save(path)
     table = path.with_suffix(".csv")
     write_csv(table, *solution_table(solution), bare=True)
     console = Console()
-    say_table(console, _table(state, solution))
+    say_table(console, _table(state, solution, source))
     console.print(f"wrote {path} and {table}", highlight=False, soft_wrap=True)
 
 
@@ -46,7 +48,7 @@ def _target(text: str) -> Path:
     return path.with_suffix(".h5")
 
 
-def _table(name: str, solution: Solution) -> Table:
+def _table(name: str, solution: Solution, source: str) -> Table:
     from rodatlas.rods.stability import index_of
     from rodatlas.rods.state import RodState
 
@@ -54,7 +56,7 @@ def _table(name: str, solution: Solution) -> Table:
     bending, twist = rod.energy_parts
     drift = {k: float(np.ptp(v)) for k, v in rod.first_integrals.items()}
     rows = [
-        ("state", name),
+        ("state", f"{name} (from a {source})"),
         ("height int y ds", f"{rod.height:.9f} L"),
         ("energy", f"{rod.energy:.9f} GJ/L = {bending:.6f} bending + {twist:.6f} twist"),
         ("N(0), body", " ".join(f"{x:.8f}" for x in rod.force[0]) + " GJ/L^2"),

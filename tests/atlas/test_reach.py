@@ -1,0 +1,78 @@
+"""Named states one by one: a search at the setting gives the state and the name that the slice gives."""
+
+import pytest
+
+from rodatlas.atlas import SliceSettings
+from rodatlas.atlas.slices import reach as module
+from rodatlas.atlas.slices.coexisting import solve_state
+from rodatlas.atlas.slices.reach import reach
+from rodatlas.cli import main
+from rodatlas.continuation import Solution
+from rodatlas.rods import Ends, RodState, index_of, is_symmetric, pair_member
+from rodatlas.states import find_states
+
+
+@pytest.fixture
+def no_slice(monkeypatch):
+    """A slice must not be computed."""
+    monkeypatch.setattr(module, "compute_slice", None)
+
+
+def energies(slice_, shear):
+    """Name and energy of all stable states of a slice at a shear."""
+    there = [s for s in slice_.states if s.shear[0] < shear < s.shear[1]]
+    return sorted((s.name, solve_state(s, shear, slice_.settings)["energy"]) for s in there)
+
+
+@pytest.mark.parametrize(("angle", "shear"), [(15, 0.0), (15, 0.4), (15, 0.55), (30, 0.4), (30, 0.625), (30, 0.81)])
+def test_a_search_at_one_setting_names_as_the_slice_does(angle, shear, request):
+    """All stable states with their names, and none besides; at 0.81 forces reach 1600."""
+    slice_ = request.getfixturevalue(f"slice_{angle}")
+    found = find_states(Ends(float(angle), 0.5, shear), classes="+", starts=512, stable_only=True)
+    mine = [(s.name.replace("+", "+-"), s.solution["energy"]) for s in found.states if s.pair != "-"]
+    wanted = energies(slice_, shear)
+    assert [name for name, _ in sorted(mine)] == [name for name, _ in wanted]
+    for (_, one), (_, two) in zip(sorted(mine), wanted, strict=True):
+        assert one == pytest.approx(two, rel=1e-7)
+
+
+def test_w_and_u_are_told_apart_by_where_they_come_from(no_slice):
+    """At 27.5 degrees and 0.38 the branch of w is not bent over yet; followed to dD = 0 it turns back."""
+    w = reach(SliceSettings(27.5), "w", 0.38)
+    assert w.source == "search"
+    assert w.solution(0.5, "k1")[0] > 0
+    assert RodState(w.solution).inflections["k1"] == 2
+
+
+@pytest.mark.parametrize("sign", "+-")
+def test_states_of_height_zero(sign, no_slice):
+    solution, source = reach(SliceSettings(0.0), f"S{sign}", 0.6)
+    assert source == "search"
+    assert abs(solution["height"]) < 1e-8
+    assert not is_symmetric(solution)
+    assert index_of(solution).index == 0
+    assert pair_member(solution) == sign
+
+
+def test_a_stored_slice_is_used(slice_30, tmp_path, monkeypatch):
+    slice_30.save(tmp_path / "slice-30.h5")
+    monkeypatch.setattr(module, "find_states", None)
+    solution, source = reach(SliceSettings(30.0), "uUui", 0.625, folder=tmp_path)
+    assert source == "stored slice"
+    assert solution["energy"] == pytest.approx(21.988286, abs=1e-6)
+
+
+def test_the_command_needs_no_file_name(tmp_path, monkeypatch, capsys, no_slice):
+    monkeypatch.chdir(tmp_path)
+    with pytest.raises(SystemExit) as leave:
+        main(["solve", "--state", "TU+", "--angle", "15", "--shear", "0"])
+    assert not leave.value.code
+    assert "37.41955" in capsys.readouterr().out
+    assert Solution.load("out/TU+-15-dD0.h5")["height"] == pytest.approx(0.202848, abs=1e-6)
+
+
+def test_a_folder_that_is_not_there(tmp_path, capsys):
+    with pytest.raises(SystemExit) as leave:
+        main(["solve", "--state", "U", "--angle", "15", "--shear", "0", "--from", str(tmp_path / "no")])
+    assert leave.value.code == 2
+    assert capsys.readouterr().err.startswith("rodatlas: from: expected a folder with a slice, got")
