@@ -5,7 +5,7 @@ import pytest
 
 from rodatlas.atlas import SliceSettings, compute_slice
 from rodatlas.atlas.slices.match import crossings, lies_on
-from rodatlas.rods import index_of, mirror_angle, reverse
+from rodatlas.rods import RodState, critical_mode, index_of, mirror_angle, reverse
 
 SETTINGS = SliceSettings(0.0, search=0)
 
@@ -98,3 +98,21 @@ def test_each_twisted_loop_has_four_pairs_without_shear(found):
         assert indices[0] == 0
         assert indices[1] > 0
         assert len({round(s["energy"], 6) for s in there}) == 4
+
+
+def test_branches_without_symmetry_cross_where_the_band_can_slide(found):
+    """A band moved along itself, and turned back, keeps its ends where both strains agree and the axis of turning is
+    the chord: at psi0 = 0 no symmetry is needed for this branch point. Everything in space, from the shape alone.
+    """
+    crossings_ = [e for b in found.branches for e in b.events if e.kind == "branch point"]
+    assert {round(e.shear, 4) for e in crossings_} == {0.5012}
+    for event in crossings_:
+        assert event.special.isotropy == ()
+        mode, rod = critical_mode(event.special.solution), RodState(event.special.solution)
+        tangent = rod.in_space(np.tile([0.0, 0.0, 1.0], (len(rod.s), 1)))
+        strain = rod.in_space(rod.strain)
+        turned = np.cross(strain[0], rod.position - rod.position[0])
+        slide = tangent - tangent[0] - turned
+        size = np.sum(slide * mode.displacement) / np.sum(slide**2)
+        assert np.abs(size * slide - mode.displacement).max() < 1e-6
+        assert np.abs(size * (strain - strain[0]) - mode.rotation).max() < 1e-6 * np.abs(mode.rotation).max()
