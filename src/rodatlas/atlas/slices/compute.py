@@ -9,7 +9,7 @@ from itertools import pairwise
 from rodatlas.atlas.slices.cache import BranchCache
 from rodatlas.atlas.slices.crosscheck import missed_states
 from rodatlas.atlas.slices.cuts import cut_segment
-from rodatlas.atlas.slices.follow import Followed, Frontier, Progress, follow_slice
+from rodatlas.atlas.slices.follow import Followed, Frontier, Progress, Reference, follow_slice
 from rodatlas.atlas.slices.match import same_state
 from rodatlas.atlas.slices.mirror import broken_symmetries, mirror_partners
 from rodatlas.atlas.slices.numbering import ENDS, number_neighbors, number_without_states
@@ -19,12 +19,13 @@ from rodatlas.atlas.slices.settings import SliceSettings
 from rodatlas.continuation import SpecialPoint
 from rodatlas.continuation.events import turns_at
 from rodatlas.rods.symmetry import is_symmetric
-from rodatlas.states.names import NAMES, OTHER, Part, name_parts
+from rodatlas.states.names import NAMES, Part, name_parts
 
 
 def compute_slice(
-    settings: SliceSettings, cache: BranchCache | None = None, progress: Progress | None = None, carry: bool = True
-) -> Slice:
+    settings: SliceSettings, cache: BranchCache | None = None, progress: Progress | None = None, carry: bool = True,
+    reference: Reference | None = None,
+) -> Slice:  # fmt: skip
     """Follow all branches of a slice, name the stable states and number the bifurcations.
 
     Parameters
@@ -33,9 +34,11 @@ def compute_slice(
     progress : called as the work goes on.
     carry : whether branches that are not connected within the slice are looked for: carried over from a reference
         angle, and found by a search.
+    reference : branches of the slices at reference angles as far as they are known, see
+        :func:`rodatlas.atlas.slices.follow.planar_branches`.
     """
     start = time.perf_counter()
-    frontier = follow_slice(settings, cache, progress, carry)
+    frontier = follow_slice(settings, cache, progress, carry, reference)
     branches = [SliceBranch(f, _bare_events(f, frontier)) for f in frontier.branches]
     segments = [s for b in branches for s in stable_segments(b.followed, _origin(b.followed, branches))]
     inverted = {f.id for f in frontier.branches if _holds_w(f)}
@@ -48,7 +51,7 @@ def compute_slice(
         warnings += missing
     states = [state for segment, parts in named for state in _states(segment, parts, branches, settings)]
     warnings += missed_states(frontier.searches, states, settings)
-    states.sort(key=lambda s: ((*NAMES, OTHER).index(s.name), s.low.shear))
+    states.sort(key=lambda s: (NAMES.index(s.name), s.low.shear))
     return Slice(settings, tuple(branches), tuple(states), tuple(warnings), time.perf_counter() - start)
 
 

@@ -30,6 +30,11 @@ from rodatlas.rods.symmetry import is_symmetric
 Progress = Callable[[str, int, int], None]
 """Called with (what is being done, branches finished, pieces of work known to be left)."""
 
+Reference = Callable[[SliceSettings], list[tuple[str, Branch]] | None]
+"""Gives names and branches of the slice with some settings from which states are carried, None when it has none."""
+
+PLANAR = ("U", "W", "M3", "M3i")  # seeds of branches connected to planar states
+
 
 @dataclass(frozen=True)
 class Followed:
@@ -104,8 +109,9 @@ class Frontier:
 
 
 def follow_slice(
-    settings: SliceSettings, cache: BranchCache | None = None, progress: Progress | None = None, carry: bool = True
-) -> Frontier:
+    settings: SliceSettings, cache: BranchCache | None = None, progress: Progress | None = None, carry: bool = True,
+    reference: Reference | None = None,
+) -> Frontier:  # fmt: skip
     """All branches in shear that are connected to U, W and the third mode, to TU and TW, and isolated ones.
 
     Branches that are not connected inside the shear range (uUu above 27.7 degrees, say) are reached by following
@@ -116,6 +122,7 @@ def follow_slice(
     ----------
     cache : asked for every branch before it is followed, and given it afterwards.
     progress : called as the work goes on.
+    reference : branches of reference slices that are known already; they are followed where it gives None.
     """
     cache = BranchCache() if cache is None else cache
     frontier = Frontier()
@@ -123,18 +130,33 @@ def follow_slice(
     _follow_planar(frontier, settings, cache, say)
     _follow_twisted(frontier, settings, cache, say)
     for start in settings.references() if carry else ():
-        where = f"{start.angle_deg:g} degrees, dL = {start.compression:g}"
-        say(f"reference slice at {where}")
-        reference = Frontier()
-        prefix = f"reference-{start.angle_deg:g}-{start.compression:g}-"
-        _follow_planar(reference, start, PrefixedCache(cache, prefix), say)
-        seeds, warnings = carried_seeds([(f.id, f.branch) for f in reference.branches], start, settings, cache)
-        frontier.warnings += [f"reference slice: {warning}" for warning in reference.warnings] + warnings
+        known = reference(start) if reference is not None else None
+        if known is None:
+            known = _followed_reference(start, frontier, cache, say)
+        seeds, warnings = carried_seeds(known, start, settings, cache)
+        frontier.warnings += warnings
         _follow_seeds(frontier, seeds, settings, cache, say)
         _follow_arrivals(frontier, settings, cache, say)
     if carry and settings.search:
         _follow_found(frontier, settings, cache, say)
     return frontier
+
+
+def planar_branches(followed: Iterable[Followed]) -> list[tuple[str, Branch]]:
+    """Of the branches of a slice, those that another slice carries states from: connected to planar states."""
+    return [(f.id, f.branch) for f in followed if f.id.split(".")[0] in PLANAR]
+
+
+def _followed_reference(
+    start: SliceSettings, frontier: Frontier, cache: BranchCache, say: _Reporter
+) -> list[tuple[str, Branch]]:
+    """The branches of a reference slice that are connected to planar states."""
+    say(f"reference slice at {start.angle_deg:g} degrees, dL = {start.compression:g}")
+    found = Frontier()
+    prefix = f"reference-{start.angle_deg:g}-{start.compression:g}-"
+    _follow_planar(found, start, PrefixedCache(cache, prefix), say)
+    frontier.warnings += [f"reference slice: {warning}" for warning in found.warnings]
+    return [(f.id, f.branch) for f in found.branches]
 
 
 def trace_options(settings: SliceSettings) -> TraceOptions:
@@ -177,7 +199,7 @@ def _follow_found(frontier: Frontier, settings: SliceSettings, cache: BranchCach
         say(f"search at shear {shear:g}")
         search = search_at(shear, settings, cache)
         frontier.searches.append(search)
-        seeds = [(f"found@{shear:g}.{k}", state) for k, state in enumerate(search.seeds, 1)]
+        seeds = [(f"found@{shear:g}.{k}", state) for k, state in enumerate(search.states, 1)]
         _follow_seeds(frontier, seeds, settings, cache, say)
         _follow_arrivals(frontier, settings, cache, say)
 

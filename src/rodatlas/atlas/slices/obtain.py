@@ -7,10 +7,11 @@ from pathlib import Path
 
 from rodatlas.atlas.slices.cache import FolderCache, remove_partials
 from rodatlas.atlas.slices.compute import compute_slice
-from rodatlas.atlas.slices.follow import Progress
+from rodatlas.atlas.slices.follow import Progress, Reference, planar_branches
 from rodatlas.atlas.slices.result import Slice
 from rodatlas.atlas.slices.settings import SliceSettings
 from rodatlas.atlas.slices.store import stored_slice
+from rodatlas.continuation import Branch
 
 Say = Callable[[str], None]
 """Told in one line what is read, resumed or kept."""
@@ -30,6 +31,7 @@ def obtain_slice(
     """The slice from its data file in a folder, or computed and written there.
 
     Branches that an interrupted run has finished are used; they lie in a folder beside the file until it is complete.
+    The slice at 15 degrees, from which others carry states, is used if the folder has it.
 
     Parameters
     ----------
@@ -49,10 +51,23 @@ def obtain_slice(
     if len(cache):
         say(f"resuming: {len(cache)} finished branches in {cache.folder}")
     try:
-        found = compute_slice(settings, cache, progress)
+        found = compute_slice(settings, cache, progress, reference=_stored_reference(folder))
     except KeyboardInterrupt:
         say(f"interrupted: {len(cache)} finished branches are kept in {cache.folder}; the same command resumes")
         raise
     found.save(data)
     cache.clear()
     return found
+
+
+def _stored_reference(folder: Path) -> Reference:
+    """Branches of reference slices in files of a folder."""
+
+    def branches(settings: SliceSettings) -> list[tuple[str, Branch]] | None:
+        try:
+            known = stored_slice(folder / f"{stem_of(settings)}.h5", settings)
+        except ValueError:
+            return None  # a damaged file is reported when that slice itself is wanted
+        return None if known is None else planar_branches(b.followed for b in known.branches)
+
+    return branches
