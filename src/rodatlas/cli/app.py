@@ -81,6 +81,24 @@ def loci_command(
     run(number or [], angle_max, compression, poisson, tol, out, json_to, fresh)
 
 
+@app.command("phase")
+def phase_command(
+    angle_min: Annotated[str, typer.Option("--angle-min", help="Smallest clamp angle in degrees.")] = "0",
+    angle_max: Annotated[str, typer.Option("--angle-max", help="Largest clamp angle in degrees.")] = "80",
+    compression: Compression = "0.5",
+    poisson: Poisson = "0.25",
+    tol: Tolerance = "1e-8",
+    workers: Annotated[str, typer.Option(help="Number of processes that compute slices.")] = "2",
+    out: Annotated[str, typer.Option(help="Folder for figures and data.")] = "out",
+    fresh: Annotated[bool, typer.Option("--fresh", help="Compute everything again, even what the folder has.")] = False,
+    json_to: Annotated[str, typer.Option("--json", help="Write the result as JSON to a file too, or to -.")] = "",
+) -> None:
+    """Map the plane of clamp angle and shear: loci, regions of stability of every state, events."""
+    from rodatlas.cli.phase import run
+
+    run(angle_min, angle_max, compression, poisson, tol, workers, out, json_to, fresh)
+
+
 @app.command("solve")
 def solve_command(
     angle: Angle,

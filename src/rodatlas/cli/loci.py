@@ -75,7 +75,7 @@ def _say(found: Loci, wanted: tuple[int, ...], files: list[Path], console: Conso
     for e in found.events():
         if not wanted or {str(n) for n in wanted} & set(e.labels):
             status = "" if e.status == "converged" else f" ({e.status})"
-            place = (f"{e.angle_deg:.4f}", f"{e.shear:.6f}", f"{e.height:.6f}")
+            place = (f"{e.angle_deg:.4f}", f"{round(e.shear, 6) + 0.0:.6f}", f"{e.height:.6f}")
             table.add_row(*place, ", ".join(e.labels), e.description + status)
     say_table(console, table)
     for warning in found.warnings:

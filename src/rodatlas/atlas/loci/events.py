@@ -12,6 +12,7 @@ from rodatlas.atlas.loci.numbering import SAME, same_place
 from rodatlas.atlas.loci.result import Piece, point_of
 from rodatlas.atlas.slices.numbering import ENDS
 from rodatlas.continuation import LocusEvent
+from rodatlas.rods.symmetry import is_symmetric
 
 RANK = ("criticality", "coalescence", "crossing", "cusp", "extremum")  # what a point is that is several of these
 NO_SHEAR = 1e-6  # at a smaller shear a locus meets its image in the shear mirror
@@ -42,6 +43,7 @@ class PlaneEvent:
     passing : labels of those that go through.
     above : whether the loci that end there exist at larger angles.
     status : 'converged', or 'bracketed' when it is known to the bracket only.
+    symmetric : whether the solution there equals its reversal.
     what : what happens to the solutions, in the words of the engine.
     description : what happens to the states, in words.
     """
@@ -55,6 +57,7 @@ class PlaneEvent:
     passing: tuple[str, ...]
     above: bool
     status: str
+    symmetric: bool
     what: str
     description: str = ""
     kinds: Mapping[str, str] = field(default_factory=dict, repr=False)  # label -> kind of locus
@@ -67,8 +70,7 @@ class PlaneEvent:
     def holds(self, event: LocusEvent) -> bool:
         """Whether a special point of one locus is this one."""
         place = (self.angle_deg, self.shear, self.height)
-        near = max(abs(a - b) for a, b in zip(point_of(event), place, strict=True)) < SAME
-        return near and (event.parameter == "dD") == (self.parameter == "shear")
+        return max(abs(a - b) for a, b in zip(point_of(event), place, strict=True)) < SAME
 
     def to_json(self) -> dict[str, Any]:
         """As plain values."""
@@ -121,9 +123,8 @@ def plane_events(pieces: Sequence[Piece]) -> tuple[PlaneEvent, ...]:
 
 
 def _joins(group: Sequence[tuple[int, LocusEvent]], event: LocusEvent) -> bool:
-    """Whether an event is at the place of a group; an extremum in shear is nobody else's."""
-    other = group[0][1]
-    return same_place(other, event) and (other.parameter == "dD") == (event.parameter == "dD")
+    """Whether an event is at the place of a group; both parameters are extreme at a cusp."""
+    return same_place(group[0][1], event)
 
 
 def _merged(group: Sequence[tuple[int, LocusEvent]], pieces: Sequence[Piece], names: Sequence[str]) -> PlaneEvent:
@@ -139,7 +140,8 @@ def _merged(group: Sequence[tuple[int, LocusEvent]], pieces: Sequence[Piece], na
         what = f"{'largest' if _is_highest(pieces[group[0][0]], best) else 'smallest'} shear; {what}"
     return PlaneEvent(
         best.kind, parameter, angle, shear, height, tuple(names[i] for i in _upward(pieces, ending)),
-        tuple(sorted(passing, key=_order)), above, best.status.value, what, "", kinds,
+        tuple(sorted(passing, key=_order)), above, best.status.value,
+        is_symmetric(best.solution), what, "", kinds,
     )  # fmt: skip
 
 
@@ -212,9 +214,12 @@ def _meeting(event: PlaneEvent, roles: Roles, touching: tuple[str, str] | None) 
     if fold and event.kind == "extremum":
         if event.what.startswith("isola"):
             return f"a closed branch {'appears' if event.above else 'vanishes'}: {told}"
-        pair = f"the {touching[0]} branch touches the {touching[1]} branch" if touching else "two branches touch"
+        pair = "two branches touch"
+        if touching:
+            other = "itself" if touching[0] == touching[1] else f"the {touching[1]} branch"
+            pair = f"the {touching[0]} branch touches {other}"
         return f"{pair}: {told}"
-    joined = _neighbors(event, roles)
+    joined = joined_states(event, roles)
     if joined:
         return f"{joined[0]} {'separates from' if event.above else 'joins'} {joined[1]}: {told}"
     return told
@@ -230,7 +235,7 @@ def _lone(event: PlaneEvent, roles: Roles, mirrored: bool) -> str:
     return next((a.state for a in sorted(bounds[0]) if a.side == "low" and Role(a.state, "high") in bounds[1]), "")
 
 
-def _neighbors(event: PlaneEvent, roles: Roles) -> tuple[str, str] | None:
+def joined_states(event: PlaneEvent, roles: Roles) -> tuple[str, str] | None:
     """Two states of which one ends and the other starts at the loci that meet."""
     bounds = [roles.get(n, frozenset()) for n in event.ending]
     if len(bounds) != 2:

@@ -1,8 +1,9 @@
 """Study files: TOML with tables of settings, each value one, a list or a grid.
 
-Every table `[[slices]]`, `[[states]]`, `[[loci]]` stands for the tasks of all combinations of its values; several
-tables, and what they require, are put together, each task once. What a table may hold follows from the parameters of
-`Kind.make`, so that a new kind of task needs no change here. Errors name the file and the path of the value:
+Every table `[[slices]]`, `[[states]]`, `[[loci]]`, `[[phases]]` stands for the tasks of all combinations of its values;
+several tables, and what they require, are put together, each task once. What a table may hold follows from the
+parameters of `Kind.make`, so that a new kind of task needs no change here. Errors name the file and the path of the
+value:
 ``study.toml: slices[0].angle: expected a number, got 'x'``.
 """
 

@@ -4,10 +4,11 @@ from __future__ import annotations
 
 from rodatlas.atlas.study.kinds.base import Kind, Progress, Settings, Workplace, digest
 from rodatlas.atlas.study.kinds.loci import LOCI
+from rodatlas.atlas.study.kinds.phase import PHASE
 from rodatlas.atlas.study.kinds.slices import SLICE
 from rodatlas.atlas.study.kinds.states import STATES, StatesSettings
 
-KINDS = (SLICE, STATES, LOCI)
+KINDS = (SLICE, STATES, LOCI, PHASE)
 
 __all__ = ["KINDS", "Kind", "Progress", "Settings", "StatesSettings", "Workplace", "digest", "kind_of"]
 

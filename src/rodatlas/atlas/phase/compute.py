@@ -1,0 +1,116 @@
+"""Compute a phase diagram: cut the plane by loci, sample every face with slices, and check that all adds up."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass
+from itertools import pairwise
+
+from rodatlas.atlas.loci.events import PlaneEvent
+from rodatlas.atlas.loci.result import Loci
+from rodatlas.atlas.phase.arrangement import Rings, cut_plane, extent
+from rodatlas.atlas.phase.changes import change_lines
+from rodatlas.atlas.phase.complete import complete
+from rodatlas.atlas.phase.cover import choose_angles, nearly
+from rodatlas.atlas.phase.lines import Line, locus_lines, places_of, slice_knots
+from rodatlas.atlas.phase.regions import Face, assign, check_crossings, crossings, deduced, roles_of
+from rodatlas.atlas.phase.result import Interval, PhaseDiagram
+from rodatlas.atlas.phase.settings import PhaseSettings
+from rodatlas.atlas.phase.story import told
+from rodatlas.atlas.slices.follow import Progress
+from rodatlas.atlas.slices.result import Slice
+
+Slices = Callable[[Sequence[float]], Iterable[Slice]]
+"""Gives the slices at some angles in degrees, in any order; they may be computed at the same time."""
+
+ROUNDS = 3  # how often more slices are asked for where faces were not met
+
+
+@dataclass(frozen=True)
+class _Drawn:
+    """The plane as some slices show it."""
+
+    lines: tuple[Line, ...]
+    faces: tuple[Face, ...]
+    events: tuple[PlaneEvent, ...]
+    completed: tuple[str, ...]
+    warnings: tuple[str, ...]
+
+
+def compute_phase(
+    settings: PhaseSettings, loci: Loci, slices: Slices, given: Sequence[float] = (), progress: Progress | None = None
+) -> PhaseDiagram:
+    """The plane of angle and shear cut into faces in which the same stable states exist.
+
+    The loci cut the plane into faces. Slices at a few angles, chosen so that they pass through every face and across
+    every locus, tell which states are stable there. In each face all of them must agree, no state may end inside, and
+    across a locus must happen what its kind allows; what does not add up becomes a warning. A state that one slice
+    has in a face and another lacks is followed there, and completes that slice if it is stable all the way.
+
+    Parameters
+    ----------
+    loci : all that have numbers, with the settings `settings.loci`.
+    slices : gives slices with the settings `settings.slice_at(angle)`.
+    given : angles of slices that cost nothing, used first.
+    """
+    start = time.perf_counter()
+    frame, events = settings.frame, loci.events()
+    lines = locus_lines(loci.pieces, events)
+    free = [a for a in given if frame[0] < a < frame[1]]
+    wanted, _ = choose_angles(cut_plane(lines, frame), lines, frame, free)
+    angles = sorted({*free, *wanted, *([0.0] if frame[0] == 0.0 else [])})
+    known: dict[float, Slice] = {}
+    for _ in range(ROUNDS):
+        new = [a for a in angles if a not in known]
+        if progress is not None:
+            progress(f"{len(new)} slices", len(known), len(new))
+        known |= {s.settings.angle_deg: s for s in slices(new)}
+        ordered = [known[a] for a in sorted(known)]
+        drawn = _draw(settings, loci, [s for s in ordered if s.settings.angle_deg > 0.0])
+        missed = [f.rings for f in drawn.faces if not f.samples]
+        wanted, _ = choose_angles(missed, [], frame, sorted(known))
+        angles = [a for a in {*wanted, *_doubtful(drawn, known)} if a not in known]
+        if not angles:
+            break
+    edge = tuple(Interval(s.name, *s.shear) for s in known[0.0].states) if 0.0 in known else ()
+    warnings = [f"loci: {w}" for w in loci.warnings]
+    warnings += [f"slice at {s.settings.angle_deg:g} deg: {w}" for s in ordered for w in s.warnings]
+    return PhaseDiagram(
+        settings, drawn.lines, drawn.faces, edge, drawn.events, tuple(sorted(known)), drawn.completed,
+        (*warnings, *drawn.warnings), time.perf_counter() - start,
+    )  # fmt: skip
+
+
+def _doubtful(drawn: _Drawn, known: Iterable[float]) -> list[float]:
+    """Angles between the special points along faces on which slices disagree, where there is no slice yet.
+
+    A change of name that starts at a special point shows only in a slice beyond it.
+    """
+    found = []
+    for face in (f for f in drawn.faces if f.samples and f.states is None):
+        low, high = extent(face.rings)
+        special = {e.angle_deg for e in drawn.events if low < e.angle_deg < high and e.parameter != "shear"}
+        for a, b in pairwise(sorted({low, high, *special})):
+            if not any(a < x < b for x in known):
+                found.append(nearly(0.5 * (a + b), 0.25 * (b - a)))
+    return found
+
+
+def _draw(settings: PhaseSettings, loci: Loci, slices: Sequence[Slice]) -> _Drawn:
+    """Lines through the bifurcations of slices, the faces between them with their states, and what contradicts."""
+    frame, places = settings.frame, places_of(loci.pieces)
+    roles, unmatched = roles_of(places, slices)
+    events = told(loci.events(), roles, slices)
+    changes, broken = change_lines(slices, events, roles, frame)
+    loci_lines = locus_lines(loci.pieces, events, slice_knots(places, slices))
+    lines = [*loci_lines, *changes]
+    rings: list[Rings] = cut_plane(lines, frame)
+    missed = complete(rings, slices)
+    faces, contradictions = assign(rings, slices, missed)
+    across = crossings(rings, lines, slices, missed)
+    impossible = check_crossings(across, events)
+    faces = deduced(faces, lines, across, events)
+    inside = tuple(e for e in events if frame[0] <= e.angle_deg <= frame[1])
+    warnings = (*unmatched, *broken, *contradictions, *impossible)
+    return _Drawn(tuple(lines), tuple(faces), inside, tuple(map(str, missed)), warnings)

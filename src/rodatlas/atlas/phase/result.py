@@ -1,0 +1,232 @@
+"""The phase diagram as a result: lines, faces, regions of stability, events; tables, JSON and file."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterable
+from dataclasses import dataclass
+from itertools import groupby, pairwise
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from rodatlas.atlas.loci.events import PlaneEvent
+from rodatlas.atlas.phase.arrangement import Rings, covers, united
+from rodatlas.atlas.phase.lines import ANGLE_SCALE, Line
+from rodatlas.atlas.phase.regions import Face
+from rodatlas.atlas.phase.settings import PhaseSettings
+from rodatlas.states.names import NAMES
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+SCHEMA = "rodatlas/phase/1"
+SHORT = 1e-6  # length of a side (shear, and degrees/100) that is not listed
+ON_SIDE = 1e-7  # distance (degrees and shear) of the middle of a polygon's side from the line that it is part of
+
+
+@dataclass(frozen=True)
+class Interval:
+    """A stable state at psi0 = 0, where two angle mirrors of one another meet, and its range of shear."""
+
+    name: str
+    low: float
+    high: float
+
+
+@dataclass(frozen=True, eq=False)
+class Side:
+    """A part of the boundary of a region: `label` of a locus, 'U|w' of a smooth change, or 'frame'; points (n, 2)."""
+
+    label: str
+    points: np.ndarray
+
+
+@dataclass(frozen=True, eq=False)
+class Region:
+    """A connected part of the plane in which a state is stable.
+
+    Attributes
+    ----------
+    state : its name.
+    rings : outer boundary and holes, (n, 2) each, angle in degrees and shear.
+    sides : what bounds it, in order along the boundary.
+    """
+
+    state: str
+    rings: Rings
+    sides: tuple[Side, ...]
+
+    @property
+    def bounds(self) -> tuple[str, ...]:
+        """Labels of the sides."""
+        return tuple(label for label, _ in groupby(side.label for side in self.sides))
+
+    def __repr__(self) -> str:
+        (a0, d0), (a1, d1) = self.rings[0].min(axis=0), self.rings[0].max(axis=0)
+        return (
+            f"Region({self.state}: {a0:.5g} to {a1:.5g} deg, shear {d0:.5g} to {d1:.5g}; "
+            f"bounded by {', '.join(self.bounds)})"
+        )
+
+
+@dataclass(frozen=True, eq=False)
+class PhaseDiagram:
+    """The plane of clamp angle and shear with its loci and regions; see :func:`rodatlas.atlas.compute_phase`.
+
+    Attributes
+    ----------
+    lines : loci and curves of smooth changes of name.
+    faces : the parts of the plane between them.
+    edge : stable states on the line psi0 = 0, where symmetric problems have states of their own (S+-).
+    events : special points, each once, in order of angle.
+    angles : of the slices that were used, in degrees.
+    completed : states that a slice had missed and that were followed into it from another, in words.
+    warnings : what does not add up; empty when all is well.
+    """
+
+    settings: PhaseSettings
+    lines: tuple[Line, ...]
+    faces: tuple[Face, ...]
+    edge: tuple[Interval, ...]
+    events: tuple[PlaneEvent, ...]
+    angles: tuple[float, ...]
+    completed: tuple[str, ...] = ()
+    warnings: tuple[str, ...] = ()
+    seconds: float = 0.0
+
+    def __repr__(self) -> str:
+        return (
+            f"PhaseDiagram({len(self.lines)} lines, {len(self.faces)} faces, {len(self.events)} events; "
+            f"stable: {', '.join(self.names)})"
+        )
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """The states that are stable somewhere."""
+        there = {n for f in self.faces for n in f.states or ()} | {i.name for i in self.edge}
+        return tuple(n for n in NAMES if n in there)
+
+    def stable_at(self, angle_deg: float, shear: float) -> tuple[str, ...]:
+        """Names of the stable states at a point, sorted; on a line those of one of its sides.
+
+        Raises
+        ------
+        ValueError
+            outside the range of the diagram, or in a face that was too thin to sample.
+        """
+        low, high, bottom, top = self.settings.frame
+        if not low <= angle_deg <= high:
+            raise ValueError(f"angle: expected one from {low:g} to {high:g} degrees, got {angle_deg:g}")
+        if not bottom <= shear <= top:
+            raise ValueError(f"shear: expected one from {bottom:g} to {top:g}, got {shear:g}")
+        if angle_deg == 0.0 and self.edge:
+            return tuple(sorted(i.name for i in self.edge if i.low <= shear <= i.high))
+        face = next((f for f in self.faces if f.states is not None and covers(f.rings, angle_deg, shear)), None)
+        if face is None or face.states is None:
+            raise ValueError(f"shear: expected a point of a sampled face, got {shear:g} at {angle_deg:g} degrees")
+        return face.states
+
+    def state_regions(self, name: str) -> tuple[Region, ...]:
+        """The parts of the plane in which a state is stable, from small to large angle.
+
+        Raises
+        ------
+        ValueError
+            for a name that no state has.
+        """
+        if name not in NAMES:
+            raise ValueError(f"name: expected one of {', '.join(NAMES)}, got '{name}'")
+        rings = united([f.rings for f in self.faces if name in (f.states or ())])
+        return tuple(Region(name, r, tuple(side for ring in r for side in self._sides(ring))) for r in rings)
+
+    def _sides(self, ring: np.ndarray) -> list[Side]:
+        """A ring cut where one line takes the place of another."""
+        import shapely
+
+        middles = shapely.points(0.5 * (ring[1:] + ring[:-1]))
+        distance = [shapely.distance(middles, shapely.LineString(line.points)) for line in self.lines]
+        best = np.argmin(np.reshape(distance, (-1, len(middles))), axis=0) if distance else np.zeros(len(middles), int)
+        names = [
+            self.lines[i].label if distance and distance[i][k] < ON_SIDE else "frame" for k, i in enumerate(best)
+        ]  # fmt: skip
+        starts = [k for k in range(len(names)) if names[k] != names[k - 1]]
+        if not starts:
+            return [Side(names[0], ring)]
+        turned = np.concatenate([ring[starts[0] : -1], ring[: starts[0] + 1]])  # starts where a side starts
+        at = [k - starts[0] for k in starts] + [len(names)]
+        sides = [Side(names[k], turned[low : high + 1]) for k, (low, high) in zip(starts, pairwise(at), strict=True)]
+        # Where lines meet, the nearest one is arbitrary for a length of round-off.
+        return [s for s in sides if np.ptp(s.points, axis=0) @ [1 / ANGLE_SCALE, 1.0] > SHORT]
+
+    def save(self, path: str | os.PathLike[str]) -> None:
+        """Write to an HDF5 file, which replaces an older one only when complete."""
+        from rodatlas.atlas.phase.store import save_phase
+
+        save_phase(path, self)
+
+    @classmethod
+    def load(cls, path: str | os.PathLike[str]) -> PhaseDiagram:
+        """Read what :meth:`save` wrote; ValueError when the file is damaged or holds something else."""
+        from rodatlas.atlas.phase.store import load_phase
+
+        return load_phase(path)
+
+    def to_frame(self, of: str = "events") -> pd.DataFrame:
+        """A table with one row for each special point (`of='events'`), face (`'faces'`) or region (`'regions'`)."""
+        import pandas as pd
+
+        if of == "events":
+            return pd.DataFrame([e.to_json() for e in self.events])
+        if of == "faces":
+            return pd.DataFrame([_face_json(f) for f in self.faces]).drop(columns=["rings"])
+        if of == "regions":
+            return pd.DataFrame([_extent(r) for name in self.names for r in self.state_regions(name)])
+        raise ValueError(f"of: expected 'events', 'faces' or 'regions', got '{of}'")
+
+    def to_json(self) -> dict[str, Any]:
+        """The object that `rodatlas phase --json` prints."""
+        s = self.settings
+        return {
+            "schema": SCHEMA,
+            "compression": s.compression,
+            "poisson": s.poisson,
+            "angle_range": [s.angle_min, s.angle_max],
+            "shear_range": list(s.shears),
+            "tolerance": s.tolerance,
+            "seconds": round(self.seconds, 3),
+            "warnings": list(self.warnings),
+            "slices": list(self.angles),
+            "completed": list(self.completed),
+            "events": [e.to_json() for e in self.events],
+            "lines": [{"label": x.label, "number": x.number, "kind": x.kind, "points": x.points.tolist()}
+                      for x in self.lines],
+            "faces": [_face_json(f) for f in self.faces],
+            "regions": [_extent(r) | {"rings": [ring.tolist() for ring in r.rings]}
+                        for name in self.names for r in self.state_regions(name)],
+            "at_angle_0": [{"name": i.name, "shear": [i.low, i.high]} for i in self.edge],
+        }  # fmt: skip
+
+
+def _face_json(face: Face) -> dict[str, Any]:
+    return {
+        "states": None if face.states is None else list(face.states),
+        "count": face.count,
+        "names": None if face.states is None else len(set(face.states)),
+        "samples": [list(p) for p in face.samples],
+        "rings": [ring.tolist() for ring in face.rings],
+    }
+
+
+def _extent(region: Region) -> dict[str, Any]:
+    low, high = region.rings[0].min(axis=0), region.rings[0].max(axis=0)
+    return {
+        "state": region.state, "angle_deg": [low[0], high[0]], "shear": [low[1], high[1]],
+        "area": _area(region.rings), "bounds": list(region.bounds),
+    }  # fmt: skip
+
+
+def _area(rings: Iterable[np.ndarray]) -> float:
+    """Area (degrees times shear) of a polygon with holes, by the shoelace formula."""
+    parts = [0.5 * abs(float(np.sum(r[:-1, 0] * r[1:, 1] - r[1:, 0] * r[:-1, 1]))) for r in rings]
+    return parts[0] - sum(parts[1:])

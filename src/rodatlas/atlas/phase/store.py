@@ -1,0 +1,88 @@
+"""A phase diagram in one HDF5 file: settings, warnings and tables as attributes (JSON), `/lines/0`, ... and
+`/faces/0/ring0`, ... as arrays (n, 2) of angle in degrees and shear.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+from dataclasses import asdict
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from rodatlas.atlas.loci.events import PlaneEvent
+from rodatlas.atlas.phase.lines import Line
+from rodatlas.atlas.phase.regions import Face
+from rodatlas.atlas.phase.result import Interval, PhaseDiagram
+from rodatlas.atlas.phase.settings import PhaseSettings
+from rodatlas.continuation.store import atomic_hdf5, checked_hdf5
+
+if TYPE_CHECKING:
+    import h5py
+
+SCHEMA = "rodatlas/phase"
+
+
+def save_phase(path: str | os.PathLike[str], diagram: PhaseDiagram) -> None:
+    """Write a phase diagram to a file of its own."""
+    with atomic_hdf5(path, SCHEMA) as file:
+        file.attrs["identity"] = json.dumps(diagram.settings.identity())
+        file.attrs["edge"] = json.dumps([asdict(i) for i in diagram.edge])
+        file.attrs["events"] = json.dumps([asdict(e) for e in diagram.events])
+        file.attrs["angles"] = json.dumps(diagram.angles)
+        file.attrs["completed"] = json.dumps(diagram.completed)
+        file.attrs["warnings"] = json.dumps(diagram.warnings)
+        file.attrs["seconds"] = diagram.seconds
+        for i, line in enumerate(diagram.lines):
+            data = file.create_dataset(f"lines/{i}", data=line.points)
+            data.attrs["record"] = json.dumps({"label": line.label, "kind": line.kind})
+        for i, face in enumerate(diagram.faces):
+            group = file.create_group(f"faces/{i}")
+            group.attrs["record"] = json.dumps({"states": face.states, "samples": face.samples})
+            for k, ring in enumerate(face.rings):
+                group.create_dataset(f"ring{k}", data=ring)
+
+
+def load_phase(path: str | os.PathLike[str]) -> PhaseDiagram:
+    """Read what :func:`save_phase` wrote."""
+    with checked_hdf5(path, SCHEMA) as file:
+        return _read(file)
+
+
+def stored_phase(path: Path, settings: PhaseSettings) -> PhaseDiagram | None:
+    """The diagram in a file if it was computed for these settings by this version; None without such a file.
+
+    Raises
+    ------
+    ValueError
+        when the file is damaged.
+    """
+    if not path.exists():
+        return None
+    with checked_hdf5(path, SCHEMA) as file:
+        return _read(file) if json.loads(file.attrs["identity"]) == settings.identity() else None
+
+
+def _read(file: h5py.File) -> PhaseDiagram:
+    def table(name: str) -> list:
+        return json.loads(file.attrs[name])
+
+    lines = []
+    for i in range(len(file["lines"])):
+        record = json.loads(file[f"lines/{i}"].attrs["record"])
+        lines.append(Line(record["label"], record["kind"], np.array(file[f"lines/{i}"])))
+    faces = []
+    for i in range(len(file["faces"])):
+        group = file[f"faces/{i}"]
+        record = json.loads(group.attrs["record"])
+        rings = tuple(np.array(group[f"ring{k}"]) for k in range(len(group)))
+        states = None if record["states"] is None else tuple(record["states"])
+        faces.append(Face(rings, states, tuple((a, d) for a, d in record["samples"])))
+    events = [PlaneEvent(**e | {k: tuple(e[k]) for k in ("ending", "passing")}) for e in table("events")]
+    return PhaseDiagram(
+        PhaseSettings.from_identity(json.loads(file.attrs["identity"])), tuple(lines), tuple(faces),
+        tuple(Interval(**i) for i in table("edge")), tuple(events), tuple(table("angles")), tuple(table("completed")),
+        tuple(table("warnings")), float(file.attrs["seconds"]),
+    )  # fmt: skip

@@ -1,0 +1,230 @@
+"""The phase diagram: all loci in the plane of clamp angle and shear, shaded by the number of stable states; and one
+panel for each state with its region of stability.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from rodatlas.plot.labels import label_lines
+from rodatlas.plot.loci import EVENTS, LINES, NAMES
+from rodatlas.plot.style import INK, TWO_COLUMN, UNNAMED, color_of, label_of, new_figure, styled
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+SMOOTH: dict[str, Any] = {"color": INK, "lw": 0.9, "ls": (0, (1.0, 1.6))}
+THIN_LINE: dict[str, Any] = {"color": UNNAMED, "lw": 0.5, "ls": "-"}
+# Close-ups: angles in degrees and shears, title, corner at which the letter stands; drawn when the diagram covers them.
+CLOSE_UPS = (
+    ((0.0, 0.7, 0.5465, 0.5505), "birth of w", "lower"),
+    ((26.0, 28.4, 0.305, 0.385), "w meets U", "upper"),
+    ((30.56, 30.72, 0.6335, 0.6405), "U–w meets uUui", "upper"),
+    ((71.6, 74.2, 0.355, 0.465), "between 12 and 17", "upper"),
+)
+PANEL_ORDER = ("U", "w", "uUui", "uUu", "US+-", "WS+-", "W", "S+-", "TU+-", "TW+-")
+
+
+def draw_phase_figure(diagram: Any) -> Figure:
+    """The whole plane with numbers on its loci, and close-ups of what is too small to see in it.
+
+    Parameters
+    ----------
+    diagram : a :class:`rodatlas.atlas.PhaseDiagram`.
+    """
+    frame = diagram.settings.frame
+    shown = [close_up for close_up in CLOSE_UPS if _inside(close_up[0], frame)]
+    with styled():
+        fig = new_figure(TWO_COLUMN, 4.9 + (2.1 if shown else 0.0))
+        height = fig.get_size_inches()[1]
+        main = fig.add_axes((0.072, (2.52 if shown else 0.42) / height, 0.915, 4.1 / height))
+        draw_phase(diagram, main, keep_clear=[(box[1], box[3]) for box, *_ in shown])
+        _draw_key(diagram, fig, main)
+        for k, (box, title, corner) in enumerate(shown):
+            left, width = 0.072 + k * 0.2415, 0.19
+            ax = fig.add_axes((left, 0.38 / height, width, 1.45 / height))
+            draw_phase(diagram, ax, box)
+            ax.set_title(f"({chr(98 + k)}) {title}", fontsize=8.0, loc="left", pad=3.0)
+            ax.set_xlabel(r"$\psi_0$ [deg]", labelpad=1.0)
+            ax.set_ylabel("")
+            ax.tick_params(labelsize=7.0)
+            _mark(main, box, chr(98 + k), corner)
+    return fig
+
+
+def draw_phase(
+    diagram: Any, ax: Axes, window: tuple[float, float, float, float] | None = None,
+    keep_clear: Sequence[tuple[float, float]] = (),
+) -> Axes:  # fmt: skip
+    """The plane or a window of it: shading, lines, special points, numbers.
+
+    Parameters
+    ----------
+    window : smallest and largest angle, smallest and largest shear; the whole diagram by default.
+    keep_clear : points (angle, shear) at which no number shall stand.
+
+    Returns
+    -------
+    the axes drawn on.
+    """
+    from matplotlib.ticker import MaxNLocator
+
+    frame = window or diagram.settings.frame
+    with styled():
+        ax.set_xlim(frame[0], frame[1])
+        ax.set_ylim(frame[2], frame[3])
+        shades = count_colors(diagram)
+        for face in (f for f in diagram.faces if f.count is not None):
+            _fill(ax, face.rings, shades[face.count])
+        for line in diagram.lines:
+            ax.plot(*line.points.T, **_style(line), zorder=2.5)
+        _draw_events(diagram, ax)
+        lines = [x for x in diagram.lines if x.kind != "smooth"]
+        texts = [x.label.replace("'", "′") if _is_named(x) or window is not None else "" for x in lines]
+        colors = [_style(x)["color"] for x in lines]
+        label_lines(ax, [x.points for x in lines], texts, colors, keep_clear=keep_clear)
+        if window is not None:
+            ax.xaxis.set_major_locator(MaxNLocator(3))
+            ax.yaxis.set_major_locator(MaxNLocator(4))
+        ax.set_xlabel(r"clamp angle $\psi_0$ [deg]")
+        ax.set_ylabel(r"shear $\Delta D$")
+    return ax
+
+
+def draw_phase_states(diagram: Any) -> Figure:
+    """One panel for each state: where it is stable, and which loci bound that region."""
+    from matplotlib.ticker import MaxNLocator
+
+    names = [n for n in PANEL_ORDER if n in diagram.names]
+    columns = 5
+    rows = -(-len(names) // columns)
+    with styled():
+        fig = new_figure(TWO_COLUMN, 0.42 + 2.0 * rows)
+        height = fig.get_size_inches()[1]
+        for k, name in enumerate(names):
+            row, column = divmod(k, columns)
+            bottom = 1.0 - ((row + 1) * 2.0 - 0.02) / height
+            ax = fig.add_axes((0.062 + column * 0.188, bottom, 0.177, 1.88 / height))
+            draw_region(diagram, name, ax)
+            last = k + columns >= len(names)
+            ax.tick_params(labelleft=column == 0, labelbottom=last, labelsize=7.0)
+            ax.xaxis.set_major_locator(MaxNLocator(4, prune="upper"))
+            ax.set_xlabel(r"$\psi_0$ [deg]" if last else "", labelpad=1.0)
+            ax.set_ylabel(r"$\Delta D$" if column == 0 else "", labelpad=1.0)
+    return fig
+
+
+def draw_region(diagram: Any, name: str, ax: Axes) -> Axes:
+    """Where one state is stable: the region, its sides with their numbers, and all other loci in gray."""
+    frame = diagram.settings.frame
+    color = color_of(name)
+    with styled():
+        ax.set_xlim(frame[0], frame[1])
+        ax.set_ylim(frame[2], frame[3])
+        for line in diagram.lines:
+            ax.plot(*line.points.T, color="#C4C4C4", lw=0.4, zorder=1.0)
+        kinds = {x.label: x for x in diagram.lines}
+        clouds, texts = [], []
+        for region in diagram.state_regions(name):
+            _fill(ax, region.rings, color, alpha=0.28)
+            for side in (s for s in region.sides if s.label in kinds):
+                ax.plot(*side.points.T, **(_style(kinds[side.label]) | {"color": color, "lw": 1.3}), zorder=3.0)
+                clouds.append(side.points)
+                texts.append(side.label if kinds[side.label].kind != "smooth" and _is_named(kinds[side.label]) else "")
+        for interval in (i for i in diagram.edge if i.name == name and not diagram.state_regions(name)):
+            style: dict[str, Any] = {"color": color, "lw": 4.0, "solid_capstyle": "butt", "clip_on": False}
+            ax.plot([0.0, 0.0], [interval.low, interval.high], **style)
+            ax.annotate(
+                r"only at $\psi_0=0$", (0.0, 0.5 * (interval.low + interval.high)), (8, 0), fontsize=7.5,
+                textcoords="offset points", va="center",
+            )  # fmt: skip
+        label_lines(ax, clouds, texts, [color] * len(clouds), size=7.5)
+        ax.text(0.97, 0.95, label_of(name), transform=ax.transAxes, ha="right", va="top", fontsize=10.0, color=color,
+                bbox={"boxstyle": "round,pad=0.15", "fc": "white", "ec": "none"}, zorder=6)  # fmt: skip
+    return ax
+
+
+def count_colors(diagram: Any) -> dict[int, Any]:
+    """A light color for each number of stable states that occurs."""
+    from matplotlib import colormaps
+
+    counts = sorted({f.count for f in diagram.faces if f.count is not None})
+    shades = colormaps["YlGnBu"](np.linspace(0.02, 0.58, max(len(counts), 2)))
+    return dict(zip(counts, shades, strict=False))
+
+
+def _inside(box: Sequence[float], frame: Sequence[float]) -> bool:
+    return frame[0] <= box[0] and box[1] <= frame[1] and frame[2] <= box[2] and box[3] <= frame[3]
+
+
+def _is_named(line: Any) -> bool:
+    return line.number is not None
+
+
+def _style(line: Any) -> dict[str, Any]:
+    """Kind by color and dashes; pieces without a number are thin."""
+    if line.kind == "smooth":
+        return SMOOTH
+    style = dict(LINES[line.kind])
+    return style if _is_named(line) else style | {"lw": 0.6}
+
+
+def _fill(ax: Axes, rings: Sequence[np.ndarray], color: Any, alpha: float = 1.0) -> None:
+    """A polygon with holes."""
+    from matplotlib.patches import PathPatch
+    from matplotlib.path import Path
+
+    codes = [np.array([Path.MOVETO, *[Path.LINETO] * (len(r) - 2), Path.CLOSEPOLY]) for r in rings]
+    path = Path(np.concatenate(rings), np.concatenate(codes))
+    # A thin edge of the same color closes the hairlines that renderers leave between neighbors.
+    edge = {"ec": color, "lw": 0.25} if alpha == 1.0 else {"ec": "none", "lw": 0.0}
+    ax.add_patch(PathPatch(path, fc=color, alpha=alpha, zorder=0.5, **edge))
+
+
+def _draw_events(diagram: Any, ax: Axes) -> None:
+    """Special points, those at which a locus is extreme in shear left out: nothing happens to a slice there."""
+    for e in diagram.events:
+        if e.parameter != "shear":
+            ax.plot(e.angle_deg, e.shear, ls="none", mec=INK, mew=0.7, zorder=4, **EVENTS[e.kind])
+
+
+def _mark(ax: Axes, box: Sequence[float], letter: str, where: str) -> None:
+    """Where in the plane a close-up lies, with its letter at the upper or lower right corner."""
+    from matplotlib.patches import Rectangle
+
+    (x0, x1, y0, y1) = box
+    pad_x, pad_y = max(0.4, 0.1 * (x1 - x0)), max(0.006, 0.1 * (y1 - y0))
+    corner, size = (x0 - pad_x, y0 - pad_y), (x1 - x0 + 2 * pad_x, y1 - y0 + 2 * pad_y)
+    ax.add_patch(Rectangle(corner, *size, fc="none", ec=INK, lw=0.6, zorder=4.5))
+    at, shift = ((x1 + pad_x, y1 + pad_y), (1.5, 1.0)) if where == "upper" else ((x1 + pad_x, y0 - pad_y), (1.0, -6.5))
+    ax.annotate(f"({letter})", at, shift, textcoords="offset points", fontsize=7.5, zorder=5)
+
+
+def _draw_key(diagram: Any, fig: Figure, ax: Axes) -> None:
+    """What lines, marks and shades mean, above the plane."""
+    from matplotlib.lines import Line2D
+    from matplotlib.patches import Patch
+
+    kinds = {x.kind for x in diagram.lines}
+    events = {e.kind for e in diagram.events if e.parameter != "shear"}
+    handles: list[Any] = [Line2D([], [], **LINES[kind], label=kind) for kind in LINES if kind in kinds]
+    if "smooth" in kinds:
+        handles.append(Line2D([], [], **SMOOTH, label="change of name"))
+    marks: dict[str, Any] = {"ls": "none", "mec": INK, "mew": 0.7}
+    handles += [Line2D([], [], **marks, **EVENTS[kind], label=NAMES[kind]) for kind in EVENTS if kind in events]
+    top = ax.get_position().y1
+    height = fig.get_size_inches()[1]
+    style: dict[str, Any] = {"handlelength": 2.4, "columnspacing": 1.4, "borderaxespad": 0.0, "fontsize": 7.5}
+    first = fig.legend(
+        handles=handles, loc="lower left", bbox_to_anchor=(0.07, top + 0.04 / height), ncols=4, **style
+    )  # fmt: skip
+    fig.add_artist(first)
+    shades = [Patch(fc=c, ec="none", label=str(n)) for n, c in count_colors(diagram).items()]
+    fig.legend(
+        handles=shades, loc="lower right", bbox_to_anchor=(0.988, top + 0.04 / height), ncols=len(shades),
+        title="stable states", title_fontsize=7.5, **(style | {"handlelength": 1.0, "columnspacing": 0.7}),
+    )  # fmt: skip
