@@ -87,7 +87,8 @@ class SliceSettings:
         usual = replace(
             at_angle, compression=REFERENCE_COMPRESSION, shear_max=default_shear_max(REFERENCE_COMPRESSION)
         )
-        return [s for s in dict.fromkeys((at_angle, usual)) if s.place != self.place]
+        distinct = {s.place: s for s in (usual, at_angle)}  # one at each place, if it can be with this range
+        return [s for s in dict.fromkeys((at_angle, distinct[usual.place])) if s.place != self.place]
 
     @property
     def place(self) -> tuple[float, float]:
