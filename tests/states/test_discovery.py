@@ -85,6 +85,22 @@ def test_unstable_states_come_with_their_index():
     assert sides.count("+") == sides.count("-") > 0
 
 
+def test_deflation_adds_what_few_starts_miss():
+    """32 starts at 15 degrees and 0.4 leave states out; deflation from what they found adds some, and says so."""
+    options = {"classes": "+", "starts": 32, "wound": True}
+    few, more = (find_states(Ends(15.0, 0.5, 0.4), deflate=n, **options) for n in (0, 12))
+    added = [s for s in more.states if s.count == 0]
+    assert few.deflated is None
+    assert more.deflated == (len([s for s in added if s.pair != "-"]), 12)
+    assert more.to_json()["search"]["deflation"] == {"found": more.deflated[0], "attempts": 12}
+    assert len(more.states) == len(few.states) + len(added)
+    assert len(added) > 0
+    for state in added:
+        assert min(abs(state.solution["energy"] - s.solution["energy"]) for s in few.states) > 1e-5
+        assert index_of(state.solution).trusted
+        assert state.solution.error < 1e-7
+
+
 def test_estimates_of_what_was_not_met():
     """Chao: f1 (f1 - 1) / (2 (f2 + 1)); Good: f1 / n."""
     assert unseen(np.array([1, 1, 1, 2, 5])) == pytest.approx((1.5, 0.3))

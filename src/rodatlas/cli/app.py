@@ -128,13 +128,14 @@ def states_command(
     ] = "",
     stable_only: Annotated[bool, typer.Option("--stable-only", help="Search for stable states only.")] = False,
     wound: Annotated[bool, typer.Option("--wound", help="List states with more turns than needed too.")] = False,
+    deflate: Annotated[str, typer.Option(help="Attempts by deflation after the starts, for each class.")] = "",
     threads: Annotated[str, typer.Option(help="Threads of the search [default: one per processor].")] = "",
     json_to: Annotated[str, typer.Option("--json", help="Write the result as JSON to a file too, or to -.")] = "",
 ) -> None:
     """Search for all equilibria at one setting: table, and how complete the search looks."""
     from rodatlas.cli.states import run
 
-    run(angle, shear, compression, poisson, classes, starts, stable_only, wound, threads, json_to)
+    run(angle, shear, compression, poisson, classes, starts, stable_only, wound, deflate, threads, json_to)
 
 
 @app.command("band")

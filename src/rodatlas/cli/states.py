@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
 def run(
     angle: str, shear: str, compression: str, poisson: str, classes: str, starts: str, stable_only: bool, wound: bool,
-    threads: str, json_to: str,
+    deflate: str, threads: str, json_to: str,
 ) -> None:  # fmt: skip
     """The command; texts come as typed and are checked here."""
     from rodatlas.rods.band import check_poisson
@@ -30,11 +30,12 @@ def run(
     if classes not in CLASSES:
         raise ValueError(f"class: expected +, - or both, got '{classes}'")
     count = _count("starts", starts) if starts else None
+    attempts = _count("deflate", deflate) if deflate else 0
     workers = _count("threads", threads) if threads else None
     json_file = json_target(json_to)
     with progress_bar(f"states at {ends.angle_deg:g} deg, shear {ends.shear:g}") as report:
-        found = find_states(ends, ratio, classes, count, stable_only=stable_only, wound=wound, threads=workers,
-                            progress=report)  # fmt: skip
+        found = find_states(ends, ratio, classes, count, stable_only=stable_only, wound=wound, deflate=attempts,
+                            threads=workers, progress=report)  # fmt: skip
     text = json.dumps(found.to_json(), indent=1) + "\n"
     console = Console(stderr=json_to == "-")
     say_table(console, _table(found))
@@ -73,9 +74,10 @@ def _summary(found: Discovery) -> str:
     lost = f"; {found.dropped} not confirmed by collocation" if found.dropped else ""
     left = found.wound_left_out
     wound = f" {left} more that are wound up were met (--wound lists them)." if left else ""
+    added = f" Deflation added {found.deflated[0]} in {found.deflated[1]} attempts." if found.deflated else ""
     return (
         f"{found.converged} of {found.starts} starts{rounds} converged{within}; {found.distinct} different states are "
-        f"listed (a +/- pair counts once){lost}.{wound} By the number met once, about {found.unseen_estimate:.1f} more "
-        f"were not met, and one more solution would be new with probability {found.unseen_probability:.1%}: an "
-        "estimate, no proof."
+        f"listed (a +/- pair counts once){lost}.{wound}{added} By the number met once, about "
+        f"{found.unseen_estimate:.1f} more were not met, and one more solution would be new with probability "
+        f"{found.unseen_probability:.1%}: an estimate, no proof."
     )

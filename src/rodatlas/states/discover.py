@@ -7,14 +7,14 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from rodatlas.continuation import MeshControl, NotConverged, TraceOptions, solve
+from rodatlas.continuation import MeshControl, NotConverged, Solution, TraceOptions, solve
 from rodatlas.rods.band import bending_ratio, check_between
 from rodatlas.rods.ends import Ends
 from rodatlas.rods.perfectly_anisotropic import rod_problem
 from rodatlas.rods.stability import index_of
-from rodatlas.rods.state import RodState
-from rodatlas.rods.symmetry import pair_member, reverse
+from rodatlas.rods.symmetry import is_symmetric, pair_member, reverse
 from rodatlas.states.census import invariants, species, unseen
+from rodatlas.states.deflate import deflated
 from rodatlas.states.result import Discovery, FoundState
 from rodatlas.states.search import default_threads, hunt
 from rodatlas.states.shooting import Shots, all_shots, as_guess
@@ -54,6 +54,12 @@ class _Census:
             report(done, len(new) - done)
             self.states[row] = _confirmed(self.shots, row, self.a, self.ends, self.sign, self.tolerance)
 
+    def deflate(self, attempts: int) -> None:
+        """Add what deflation finds as species of negative rows, which no start met."""
+        known = [s.solution for states in self.states.values() for s in states]
+        for number, new in enumerate(deflated(known, attempts, self.tolerance, self.limit), 1):
+            self.states[-number], self.counts[-number] = _members(new, self.sign), 0
+
     def kept(self, stable_only: bool, wound: bool) -> dict[int, list[FoundState]]:
         """States that are listed, by species."""
         return {
@@ -68,7 +74,7 @@ class _Census:
 def find_states(
     ends: Ends, poisson: float = 0.25, classes: str = "both", starts: int | None = None, *,
     stable_only: bool = False, wound: bool = False, tolerance: float = 1e-8, force_range: float | None = None,
-    seed: int = 1, threads: int | None = None, progress: Report | None = None,
+    deflate: int = 0, seed: int = 1, threads: int | None = None, progress: Report | None = None,
 ) -> Discovery:  # fmt: skip
     """Search for equilibria at one setting.
 
@@ -82,6 +88,8 @@ def find_states(
     wound : list wound-up states too (:func:`rodatlas.states.single.is_wound`), of which there is no end.
     force_range : states with a larger |N| are left out [GJ/L^2]; by default 200, or twice the least |N| that a relaxed
         band has where that is more: there is no end of unstable ones. It does not apply with `stable_only`.
+    deflate : attempts by deflation for each class when the starts are done (:mod:`rodatlas.states.deflate`). More
+        starts find more in the same time.
     seed : of the quasi-random starts; another one makes an independent search.
     threads : by default as many as there are processors; they do not change the result.
 
@@ -92,6 +100,8 @@ def find_states(
     """
     if classes not in CLASSES:
         raise ValueError(f"class: expected +, - or both, got '{classes}'")
+    if deflate < 0:
+        raise ValueError(f"deflate: expected at least 0, got {deflate}")
     if starts is not None and starts < 1:
         raise ValueError(f"starts: expected at least 1, got {starts}")
     threads = default_threads() if threads is None else threads
@@ -113,8 +123,12 @@ def find_states(
         else:
             limits.append(_all(census, starts or STARTS, force_range, seed, threads, report))
             rounds.append([starts or STARTS])
+        if deflate:
+            census.deflate(deflate)
         parts.append(census)
-    return _collected(ends, poisson, parts, stable_only, wound, rounds, max(limits, default=None))
+    found = _collected(ends, poisson, parts, stable_only, wound, rounds, max(limits, default=None))
+    added = sum(row < 0 for c in parts for row in c.kept(stable_only, wound))
+    return replace(found, deflated=(added, deflate * len(parts))) if deflate else found
 
 
 def _stable(
@@ -189,7 +203,12 @@ def _confirmed(shots: Shots, row: int, a: float, ends: Ends, sign: int, toleranc
         return []
     if abs(solution["energy"] - shots.energy[row]) > 1e-4 * (1.0 + shots.energy[row]):
         return []  # collocation left for another solution
-    rod, index, cls = RodState(solution), index_of(solution).index, "+" if sign > 0 else "-"
-    if rod.symmetric:
+    return _members(solution, sign)
+
+
+def _members(solution: Solution, sign: int) -> list[FoundState]:
+    """A state, and its partner where it has one."""
+    index, cls = index_of(solution).index, "+" if sign > 0 else "-"
+    if is_symmetric(solution):
         return [FoundState(solution, cls, None, index, None, 0)]
     return [FoundState(member, cls, None, index, pair_member(member), 0) for member in (solution, reverse(solution))]

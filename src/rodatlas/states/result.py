@@ -87,7 +87,7 @@ class Discovery:
     poisson : Poisson's ratio.
     rounds : starts for each class after each round of the search.
     wound_left_out : wound-up states that were met but are not listed, a pair counted once.
-    deflated : states that only deflation found (a pair counted once) and its attempts; None when there was none.
+    deflated : states that deflation added (a pair counted once; each has count 0), and its attempts; None without it.
     """
 
     ends: Ends
