@@ -152,9 +152,12 @@ class SingularRoot:
 
 
 def _root_of_polynomial(points: list[tuple[float, float]], a: float, b: float) -> float:
-    """Root between a and b of the polynomial through some points, whose values at a and b differ in sign."""
-    from scipy.interpolate import BarycentricInterpolator
+    """Root between a and b of the polynomial through some points, whose values at a and b differ in sign.
+
+    (The barycentric form of SciPy shuffles the points at random: results would not repeat to the last digit.)
+    """
+    from scipy.interpolate import KroghInterpolator
     from scipy.optimize import brentq
 
-    polynomial = BarycentricInterpolator(*np.array(points).T)
+    polynomial = KroghInterpolator(*np.array(points).T)
     return float(brentq(lambda t: float(polynomial(t)), a, b, xtol=1e-14))
