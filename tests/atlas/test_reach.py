@@ -44,6 +44,15 @@ def test_w_and_u_are_told_apart_by_where_they_come_from(no_slice):
     assert RodState(w.solution).inflections["k1"] == 2
 
 
+def test_the_short_stretch_of_uuui_is_not_w(no_slice):
+    """At 37 degrees and 0.55 it has two inflections and lies below the clamps, as W does; W has ended there."""
+    solution, source = reach(SliceSettings(37.0), "uUui", 0.55)
+    assert source == "search"
+    assert RodState(solution).inflections["k1"] == 2
+    assert solution["height"] < 0
+    assert solution["energy"] == pytest.approx(21.374419, abs=1e-5)
+
+
 @pytest.mark.parametrize("sign", "+-")
 def test_states_of_height_zero(sign, no_slice):
     solution, source = reach(SliceSettings(0.0), f"S{sign}", 0.6)

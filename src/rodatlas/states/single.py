@@ -37,14 +37,18 @@ def names_of(states: Sequence[tuple[Solution, str, int, str]]) -> list[str | Non
     :mod:`rodatlas.states.names`, with what one setting shows in the place of a branch:
 
     * reversal-broken and strongly twisted: TU+- or TW+- by height; other broken ones US+-, WS+- or S+- by height;
-    * symmetric with k1(1/2) > 0: uUu with four inflections of k1; with two U, or w where that state, followed to
-      dD = 0, loses its stability or turns back on the way (followed only where US is there too, or two such states);
+    * symmetric with k1(1/2) > 0: uUu with four inflections of k1, U with two;
     * symmetric with k1(1/2) < 0: W with two inflections below the clamp plane; otherwise w where k1(1/2) falls as the
-      shear grows, and uUui where it rises.
+      shear grows, and uUui where it rises;
+    * what looks like U or W is followed to dD = 0 where US or w is there too, or another such state: if it turns back
+      or loses its stability on the way, U is w, and W is w or uUui as above.
     """
     names = [_name(*state) for state in states]
-    if names.count("U") > 1 or (names.count("U") and "US+" in names):
-        return ["w" if name == "U" and not reaches_no_shear(states[i][0]) else name for i, name in enumerate(names)]
+    if "US+" not in names and "w" not in names and max(names.count("U"), names.count("W")) < 2:
+        return names
+    for i, name in enumerate(names):
+        if name in ("U", "W") and not reaches_no_shear(states[i][0]):
+            names[i] = "w" if name == "U" else _dimpled(states[i][0])
     return names
 
 
@@ -61,6 +65,10 @@ def _name(solution: Solution, cls: str, index: int, side: str) -> str | None:
         return {2: "U", 4: "uUu"}.get(inflections) if rod.height > 0 else None
     if inflections == 2 and rod.height < 0:
         return "W"
+    return _dimpled(solution)
+
+
+def _dimpled(solution: Solution) -> str | None:
     slope = _slope_of_middle(solution)
     return None if slope is None else "w" if slope < 0 else "uUui"
 

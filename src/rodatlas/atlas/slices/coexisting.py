@@ -10,8 +10,9 @@ from rodatlas.atlas.slices.match import state_at_shear
 from rodatlas.atlas.slices.result import Slice, State
 from rodatlas.atlas.slices.settings import SliceSettings
 from rodatlas.continuation import Solution
-from rodatlas.rods.symmetry import plus_member
+from rodatlas.rods.symmetry import is_symmetric, plus_member
 
+NEAREST = 4  # computed solutions from which one at a given shear is solved for
 ROUND = 0.005  # a chosen shear is a multiple of this where the range allows it
 
 
@@ -71,9 +72,13 @@ def coexisting_states(slice_: Slice, shear: float | None = None) -> dict[str, So
 
 
 def solve_state(state: State, shear: float, settings: SliceSettings) -> Solution | None:
-    """The solution of a state exactly at a shear inside its range, solved from the computed one nearest to it."""
+    """The solution of a state exactly at a shear inside its range, solved from the computed one nearest to it.
+
+    Close to a pitchfork Newton's method may leave for the other branch, which has the other symmetry: then the next
+    nearest are tried.
+    """
     near = sorted(state.solutions, key=lambda s: abs(s["dD"] - shear))
     if near[0]["dD"] == shear:
         return near[0]
-    solved = (state_at_shear(guess, shear, settings) for guess in near[:2])
-    return next((s for s in solved if s is not None), None)
+    solved = (state_at_shear(guess, shear, settings) for guess in near[:NEAREST])
+    return next((s for s in solved if s is not None and is_symmetric(s) != state.pair), None)
