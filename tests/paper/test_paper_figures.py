@@ -1,14 +1,17 @@
 """The other figures: what the paper says of them, and what is on them."""
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 
-from rodatlas.paper import critical_mode, poisson, setup, sheared, states
+from rodatlas.paper import critical_mode, phase, poisson, setup, sheared, states
 from rodatlas.paper.slices import numbers_of
 from rodatlas.plot.against import draw_curves_against
 from rodatlas.plot.gallery import draw_gallery
 from rodatlas.plot.modes import draw_mode
 from rodatlas.plot.sequence import draw_sequence
+from rodatlas.plot.style import new_figure
 from rodatlas.rods import RodState, index_of, pair_member
 
 
@@ -123,3 +126,13 @@ def test_numbers_of_a_slice_name_the_bifurcations(slice_30):
 def test_a_gallery_needs_something_to_show():
     with pytest.raises(ValueError, match=r"^items: expected"):
         draw_gallery([], 3)
+
+
+def test_what_does_not_add_up_in_the_phase_diagram_is_said(sources, monkeypatch):
+    figure = new_figure(1.0, 1.0)
+    monkeypatch.setattr("rodatlas.plot.draw_phase_figure", lambda diagram: figure)
+    monkeypatch.setattr(sources, "phase", lambda: SimpleNamespace(warnings=("a face was not sampled",)), raising=False)
+    drawn = phase.draw(sources)
+    assert drawn.figure is figure
+    assert drawn.remarks[-1] == "a face was not sampled"
+    assert [n.agrees for n in drawn.numbers if n.known] == [True] * 5

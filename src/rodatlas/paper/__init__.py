@@ -82,7 +82,7 @@ ENTRIES = (
     Entry("profiles", "profiles", "11", "the five stable states at 30 deg, dD = 0.625: force, strains, energy",
           needs=((30.0, None),)),
     Entry("snap", "snap", "17", "energy before and after the jump from US+ at fold 17, 60 deg", needs=((60.0, None),)),
-    Entry("phase", "phase", "18", "loci of bifurcations 0 to 18 in the plane of clamp angle and shear", needs=_LOCI),
+    Entry("phase", "phase", "18", "the phase diagram: loci of 0 to 18 in clamp angle and shear, stable states"),
     Entry("poisson", "poisson", "25", "shear of the bifurcations at 15 deg against Poisson's ratio",
           needs=((15.0, None),)),
     Entry("sheared", "sheared", "27 (rod)", "45 deg at four shears: the rod's shapes, curvature and twist"),

@@ -14,7 +14,7 @@ from rodatlas.paper.output import page_of, stored_records
 
 SHOWN = (
     "setup", "states", "slice-0", "slice-55", "close-ups-28", "close-ups-44", "profiles", "snap", "poisson", "sheared",
-    "critical-mode",
+    "phase", "critical-mode",
 )  # fmt: skip
 PIXELS, COLORS = 1000, 256  # width of a picture, and size of its palette
 

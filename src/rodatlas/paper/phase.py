@@ -21,15 +21,16 @@ KNOWN_EVENTS: dict[tuple[str, tuple[str, ...]], str] = {
 
 
 def draw(sources: Sources) -> Drawn:
-    """All loci with their special points."""
-    from rodatlas.plot import draw_loci_figure
+    """All loci with their special points, shaded by the number of stable states, and close-ups."""
+    from rodatlas.plot import draw_phase_figure
 
-    loci = sources.loci()
+    diagram, loci = sources.phase(), sources.loci()
     caption = (
-        "Loci of bifurcations 0 to 18 in the plane of clamp angle and shear, and the special points on them. The "
-        "diagram is symmetric in shear."
+        "Loci of bifurcations 0 to 18 in the plane of clamp angle and shear, the special points on them, and the "
+        "number of stable states in each region. Close-ups show what is too small to be seen. The diagram is "
+        "symmetric in shear."
     )
-    return Drawn(draw_loci_figure(loci), caption, numbers_of(loci), tuple(loci.warnings))
+    return Drawn(draw_phase_figure(diagram), caption, numbers_of(loci), (*loci.warnings, *diagram.warnings))
 
 
 def numbers_of(loci: Loci) -> tuple[Number, ...]:

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
     from rodatlas.atlas import Loci, Slice, SliceSettings
+    from rodatlas.atlas.phase.result import PhaseDiagram
 
 Report = Callable[[str, int, int], None]
 """Called with (what is being done, pieces finished, pieces known to be left)."""
@@ -73,6 +74,15 @@ class Sources:
             fresh = self._fresh
             self._loci = obtain_loci(LociSettings(), self.folder, (), self.report, fresh=fresh, say=self._say)
         return self._loci
+
+    def phase(self) -> PhaseDiagram:
+        """The phase diagram over all angles; its slices lie in a folder of their own."""
+        from rodatlas.atlas.phase.obtain import obtain_phase
+        from rodatlas.atlas.phase.settings import PhaseSettings
+
+        return obtain_phase(
+            PhaseSettings(), self.folder, self.report, workers=self.workers, fresh=self._fresh, say=self._say
+        )
 
     def folder_of(self, settings: SliceSettings) -> Path:
         """Slices of another range of shear have the same file names: they lie in a folder of their own."""
