@@ -1,11 +1,19 @@
 """The search for stable states beside the branches: it finds isolated ones alone, and agrees with what is followed."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
-from rodatlas.atlas import FolderCache, SliceSettings, compute_slice
+from rodatlas.atlas import BranchCache, FolderCache, Followed, SliceSettings, compute_slice
 from rodatlas.atlas.slices import crosscheck, follow
+from rodatlas.atlas.slices.follow import trace_options
+from rodatlas.atlas.slices.reach import split_name
 from rodatlas.atlas.slices.search import Search, search_at, searched_shears
+from rodatlas.atlas.slices.segments import stable_segments
+from rodatlas.continuation import trace
+from rodatlas.rods import is_symmetric, rod_problem, second_variation_index
+from rodatlas.states import OTHER, name_parts
 
 SHEARS = (0.624,)
 
@@ -63,6 +71,26 @@ def test_what_was_found_is_kept_for_a_run_that_goes_on(tmp_path, slice_30, monke
     path.write_bytes(path.read_bytes()[:1000])
     with pytest.raises(ValueError, match=r"search-0\.624\.h5: expected"):
         FolderCache(tmp_path, settings).get_states("search-0.624")
+
+
+def test_a_stable_state_without_a_name_of_the_paper():
+    """At 45 degrees and dL = 0.7 a search alone knows of an isolated symmetric branch, stable between two folds."""
+    settings = SliceSettings(45.0, 0.7, shear_min=-0.05, shear_max=0.45, search=512)
+    states = search_at(0.286, settings, BranchCache()).states
+    symmetric = [s for s in states if is_symmetric(s)]
+    assert sorted(s["height"] > 0 for s in symmetric) == [False, True, True]  # W, U and this one
+    state = max(symmetric, key=lambda s: s["energy"])
+    branch = trace(rod_problem(), state, ("dD",), replace(trace_options(settings), max_folds=2))
+    segments = stable_segments(Followed("found", branch, True), None)
+    (found,) = [s for s in segments if s.low.kind == s.high.kind == "fold"]
+    assert (found.low.solution["dD"], found.high.solution["dD"]) == pytest.approx((0.2392, 0.3712), abs=1e-4)
+    s = np.linspace(0.0, 1.0, 401)
+    u = state(s)
+    strain = np.column_stack([u[:, 4], np.zeros(len(s)), u[:, 5]])
+    assert second_variation_index(s, u[:, 6:10], u[:, 10:], strain, state["a"]).index == 0
+    assert [part.name for part in name_parts(found.solutions, symmetric=True)] == [OTHER]
+    with pytest.raises(ValueError, match="state: expected one of U, US"):
+        split_name(OTHER)
 
 
 def test_shears_that_are_searched_lie_in_the_range():

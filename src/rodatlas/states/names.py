@@ -3,9 +3,10 @@
 A stable segment is a stretch of a branch on which every state is stable. The rules, in order:
 
 * reversal-symmetric, containing dD = 0: `U` where the height is positive there, `W` where it is negative;
-* other symmetric segments, by the middle at their high-shear end: `uUu` where it is bent as in U (k1(1/2) > 0);
-  where it is bent the other way, `uUui` on the branch of W, elsewhere `w` if that dimple has deepened with shear
-  (k1(1/2) fell) and `uUui` if it was pulled flat;
+* other symmetric segments, by the middle at their high-shear end. Where it is bent as in U (k1(1/2) > 0): halfway along
+  the segment, `wi` below the clamp plane, above it `uUu` when k1 has four inflections, `other` with fewer. Where it is
+  bent the other way: `uUui` on the branch of W, elsewhere `w` if that dimple has deepened with shear (k1(1/2) fell) and
+  `uUui` if it was pulled flat;
 * a segment that starts as U and goes on without a bifurcation through a dimple is cut at these changes of shape into
   U, w and uUui (the paper's U-w and U-w-uUui); the cuts are ends of kind 'smooth';
 * reversal-broken and strongly twisted (:func:`rodatlas.rods.symmetry.is_twisted`): `TU+-` above the clamp plane,
@@ -23,9 +24,12 @@ from typing import NamedTuple
 import numpy as np
 
 from rodatlas.continuation import Solution
+from rodatlas.rods.state import RodState
 from rodatlas.rods.symmetry import is_twisted
 
-NAMES = ("U", "US+-", "uUu", "w", "W", "WS+-", "uUui", "S+-", "TU+-", "TW+-")
+NAMES = ("U", "US+-", "uUu", "w", "wi", "W", "WS+-", "uUui", "S+-", "TU+-", "TW+-")
+OTHER = "other"
+"""A stable state that is none of the named ones: some exist at other compressions than 1/2."""
 ZERO_HEIGHT = 1e-6
 
 
@@ -54,12 +58,12 @@ def name_parts(solutions: Sequence[Solution], symmetric: bool, inverted: bool = 
     last = len(solutions) - 1
     height = np.array([s.observables["height"] for s in solutions])
     if not symmetric:
-        middle = height[len(height) // 2]
+        above = height[len(height) // 2] > 0
         if is_twisted(solutions[last // 2]):
-            return [Part("TU+-" if middle > 0 else "TW+-", 0, last)]
+            return [Part("TU+-" if above else "TW+-", 0, last)]
         if np.abs(height).max() < ZERO_HEIGHT:
             return [Part("S+-", 0, last)]
-        return [Part("US+-" if middle > 0 else "WS+-", 0, last)]
+        return [Part("US+-" if above else "WS+-", 0, last)]
     shear = np.array([s.parameter("dD") for s in solutions])
     bend = np.array([middle_curvature(s) for s in solutions])
     if shear[0] <= 0.0 <= shear[-1]:
@@ -67,7 +71,9 @@ def name_parts(solutions: Sequence[Solution], symmetric: bool, inverted: bool = 
             return [Part("W", 0, last)]
         return _dimpled(np.where(shear < 0.0, np.abs(bend), bend), last)
     if bend[-1] > 0:
-        return [Part("uUu", 0, last)]
+        middle = RodState(solutions[last // 2])
+        bent = "uUu" if middle.inflections["k1"] >= 4 else OTHER
+        return [Part("wi" if middle.height < 0 else bent, 0, last)]
     return [Part("w" if bend[-1] < bend[0] and not inverted else "uUui", 0, last)]
 
 

@@ -19,7 +19,7 @@ from rodatlas.atlas.slices.settings import SliceSettings
 from rodatlas.continuation import SpecialPoint
 from rodatlas.continuation.events import turns_at
 from rodatlas.rods.symmetry import is_symmetric
-from rodatlas.states.names import NAMES, Part, name_parts
+from rodatlas.states.names import NAMES, OTHER, Part, name_parts
 
 
 def compute_slice(
@@ -51,7 +51,7 @@ def compute_slice(
         warnings += missing
     states = [state for segment, parts in named for state in _states(segment, parts, branches, settings)]
     warnings += missed_states(frontier.searches, states, settings)
-    states.sort(key=lambda s: (NAMES.index(s.name), s.low.shear))
+    states.sort(key=lambda s: ((*NAMES, OTHER).index(s.name), s.low.shear))
     return Slice(settings, tuple(branches), tuple(states), tuple(warnings), time.perf_counter() - start)
 
 

@@ -91,7 +91,7 @@ class State:
 
     Attributes
     ----------
-    name : one of :data:`rodatlas.states.NAMES`; of a +/- pair, both members ('US+-').
+    name : one of :data:`rodatlas.states.NAMES`, or 'other'; of a +/- pair, both members ('US+-').
     branch : id of the branch it lies on.
     pair : whether its reversal is another state.
     path : names of all parts of the stable segment that it belongs to, 'U-w' say.
