@@ -77,6 +77,21 @@ def planar_states(
     return found, ""
 
 
+def inverted_third_mode(third: Solution, tolerance: float = 1e-8) -> Solution | None:
+    """The third elastica mode of the other sign, from that of :func:`planar_states` at psi0 >= 0.
+
+    At psi0 = 0 it is its image in the angle mirror; at other angles the image belongs to -psi0, and is followed from
+    there to psi0. None where that curve turns back before.
+    """
+    options = _options(tolerance)
+    image, angle = mirror_angle(third), third["psi0"]
+    if angle == 0.0:
+        return image
+    options = replace(options, bounds={"psi0": (-angle, angle)}, max_folds=0, locate=("fold",))
+    end = trace(rod_problem(), image, ("psi0",), options, both=False).points[-1].solution
+    return _alone(end, options) if math.isclose(end["psi0"], angle, abs_tol=1e-9) else None
+
+
 def _alone(state: Solution, options: TraceOptions) -> Solution:
     """The state solved with every parameter held; as it is where that is singular, at a bifurcation in shear."""
     try:

@@ -2,16 +2,18 @@
 
 A stable segment is a stretch of a branch on which every state is stable. The rules, in order:
 
-* reversal-symmetric, containing dD = 0: `U` where the height is positive there, `W` where it is negative;
-* other symmetric segments, by the middle at their high-shear end. Where it is bent as in U (k1(1/2) > 0): halfway along
-  the segment, `wi` below the clamp plane, above it `uUu` when k1 has four inflections, `other` with fewer. Where it is
-  bent the other way: `uUui` on the branch of W, elsewhere `w` if that dimple has deepened with shear (k1(1/2) fell) and
-  `uUui` if it was pulled flat;
-* a segment that starts as U and goes on without a bifurcation through a dimple is cut at these changes of shape into
-  U, w and uUui (the paper's U-w and U-w-uUui); the cuts are ends of kind 'smooth';
 * reversal-broken and strongly twisted (:func:`rodatlas.rods.symmetry.is_twisted`): `TU+-` above the clamp plane,
   `TW+-` below it;
-* other reversal-broken ones: `US+-` above the clamp plane, `WS+-` below it, `S+-` at height zero (only at psi0 = 0).
+* reversal-symmetric, containing dD = 0: `U` where the height is positive there, `W` where it is negative;
+* a segment that starts as U and goes on without a bifurcation through a dimple is cut at these changes of shape into
+  U, w and uUui (the paper's U-w and U-w-uUui); the cuts are ends of kind 'smooth';
+* `other`, none of the named ones, where halfway along the segment k1 has fewer than two inflections or the band is
+  wound up (:func:`rodatlas.states.winding.is_wound`);
+* other reversal-broken ones: `US+-` above the clamp plane, `WS+-` below it, `S+-` at height zero (only at psi0 = 0);
+* other symmetric segments, by the middle at their high-shear end. Where it is bent as in U (k1(1/2) > 0) and k1 has
+  four inflections halfway: `uUu` above the clamp plane, `wi` below; with fewer `other`. Where it is bent the other way:
+  `uUui` on the branch of W, elsewhere `w` if that dimple has deepened with shear (k1(1/2) fell) and `uUui` if it was
+  pulled flat.
 
 The members of a pair are told apart by :func:`rodatlas.rods.symmetry.pair_member`.
 """
@@ -26,6 +28,7 @@ import numpy as np
 from rodatlas.continuation import Solution
 from rodatlas.rods.state import RodState
 from rodatlas.rods.symmetry import is_twisted
+from rodatlas.states.winding import is_wound
 
 NAMES = ("U", "US+-", "uUu", "w", "wi", "W", "WS+-", "uUui", "S+-", "TU+-", "TW+-")
 OTHER = "other"
@@ -56,24 +59,26 @@ def name_parts(solutions: Sequence[Solution], symmetric: bool, inverted: bool = 
     inverted : whether their branch is that of W.
     """
     last = len(solutions) - 1
+    halfway = solutions[last // 2]
     height = np.array([s.observables["height"] for s in solutions])
-    if not symmetric:
-        above = height[len(height) // 2] > 0
-        if is_twisted(solutions[last // 2]):
-            return [Part("TU+-" if above else "TW+-", 0, last)]
-        if np.abs(height).max() < ZERO_HEIGHT:
-            return [Part("S+-", 0, last)]
-        return [Part("US+-" if above else "WS+-", 0, last)]
     shear = np.array([s.parameter("dD") for s in solutions])
     bend = np.array([middle_curvature(s) for s in solutions])
-    if shear[0] <= 0.0 <= shear[-1]:
+    if not symmetric and is_twisted(halfway):
+        return [Part("TU+-" if halfway["height"] > 0 else "TW+-", 0, last)]
+    if symmetric and shear[0] <= 0.0 <= shear[-1]:
         if np.interp(0.0, shear, height) < 0:
             return [Part("W", 0, last)]
         return _dimpled(np.where(shear < 0.0, np.abs(bend), bend), last)
+    if not symmetric and np.abs(height).max() < ZERO_HEIGHT:
+        return [Part("S+-", 0, last)]
+    inflections = RodState(halfway).inflections["k1"]
+    if inflections < 2 or is_wound(halfway, "+"):
+        return [Part(OTHER, 0, last)]
+    if not symmetric:
+        return [Part("US+-" if halfway["height"] > 0 else "WS+-", 0, last)]
     if bend[-1] > 0:
-        middle = RodState(solutions[last // 2])
-        bent = "uUu" if middle.inflections["k1"] >= 4 else OTHER
-        return [Part("wi" if middle.height < 0 else bent, 0, last)]
+        with_dimples = "uUu" if halfway["height"] > 0 else "wi"
+        return [Part(with_dimples if inflections >= 4 else OTHER, 0, last)]
     return [Part("w" if bend[-1] < bend[0] and not inverted else "uUui", 0, last)]
 
 

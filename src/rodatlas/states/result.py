@@ -9,7 +9,7 @@ from typing import Any
 from rodatlas.continuation import Solution
 from rodatlas.rods.ends import Ends
 from rodatlas.rods.state import RodState
-from rodatlas.states.single import is_wound, twist
+from rodatlas.states.winding import is_wound, twist
 
 SCHEMA = "rodatlas/states/1"
 

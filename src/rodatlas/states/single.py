@@ -1,4 +1,4 @@
-"""Names of stable states at one setting, and how much a band is twisted there."""
+"""Names of stable states at one setting."""
 
 from __future__ import annotations
 
@@ -11,23 +11,9 @@ from rodatlas.rods.stability import morse_index_of
 from rodatlas.rods.state import RodState
 from rodatlas.rods.symmetry import is_twisted
 from rodatlas.states.names import ZERO_HEIGHT, middle_curvature
+from rodatlas.states.winding import is_wound
 
 SHEAR_STEP = 1e-4  # of the difference quotient that tells w from uUui
-
-
-def twist(solution: Solution) -> float:
-    """int tau ds [rad]."""
-    return solution.mean(solution.stages[..., solution.unknowns.index("tau")])
-
-
-def is_wound(solution: Solution, cls: str) -> bool:
-    """Whether a band has more turns of twist than its class needs.
-
-    A full turn of the right clamp about the tangent changes the class: bands of class + need no turn, those of class -
-    one, to the left or to the right. Two turns more, and the class is the same again. The bound lies half-way: a band
-    is wound up with more than 1 turn, int tau ds / 2 pi, in class +, and more than 2 in class -.
-    """
-    return abs(twist(solution)) > 2.0 * math.pi * (1.0 if cls == "+" else 2.0)
 
 
 def names_of(states: Sequence[tuple[Solution, str, int, str]]) -> list[str | None]:
@@ -36,7 +22,8 @@ def names_of(states: Sequence[tuple[Solution, str, int, str]]) -> list[str | Non
     Only stable ones of class + that are not wound up have names; the rules are those of
     :mod:`rodatlas.states.names`, with what one setting shows in the place of a branch:
 
-    * reversal-broken and strongly twisted: TU+- or TW+- by height; other broken ones US+-, WS+- or S+- by height;
+    * reversal-broken and strongly twisted: TU+- or TW+- by height; other broken ones with two inflections of k1 or more
+      US+-, WS+- or S+- by height;
     * symmetric with k1(1/2) > 0: uUu with four inflections of k1, U with two;
     * symmetric with k1(1/2) < 0: W with two inflections below the clamp plane; otherwise w where k1(1/2) falls as the
       shear grows, and uUui where it rises;
@@ -56,11 +43,13 @@ def _name(solution: Solution, cls: str, index: int, side: str) -> str | None:
     if cls != "+" or index != 0 or is_wound(solution, cls):
         return None
     rod = RodState(solution)
+    inflections = rod.inflections["k1"]
     if side:
         if is_twisted(solution):
             return ("TU" if rod.height > 0 else "TW") + side
+        if inflections < 2:
+            return None  # of the families of wound-up states, where they have less than a turn
         return ("S" if abs(rod.height) < ZERO_HEIGHT else "US" if rod.height > 0 else "WS") + side
-    inflections = rod.inflections["k1"]
     if middle_curvature(solution) > 0:
         return {2: "U", 4: "uUu"}.get(inflections) if rod.height > 0 else None
     if inflections == 2 and rod.height < 0:

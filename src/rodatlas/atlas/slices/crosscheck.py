@@ -11,6 +11,7 @@ from rodatlas.atlas.slices.search import Search, found_states
 from rodatlas.atlas.slices.settings import SliceSettings
 from rodatlas.continuation import Solution
 from rodatlas.rods.band import limiting_shear
+from rodatlas.states.winding import is_wound
 
 MARGIN = 0.01  # of the limiting shear: nearer to its ends a state attracts hardly any start
 AGAIN = 4  # times as many starts in the second search, made where the first one missed a known state
@@ -22,7 +23,9 @@ def missed_states(searches: Sequence[Search], states: Sequence[State], settings:
     margin = MARGIN * limiting_shear(settings.compression)
     for search in searches:
         here = [s for s in states if s.low.shear + margin < search.shear < s.high.shear - margin]
-        wanted = {s.name: solution for s in here if (solution := solve_state(s, search.shear, settings)) is not None}
+        solved = {s.name: solve_state(s, search.shear, settings) for s in here}
+        # wound-up bands are not searched for
+        wanted = {name: s for name, s in solved.items() if s is not None and not is_wound(s, "+")}
         missed = _without(wanted, search.states)
         if missed:
             missed = _without(missed, found_states(search.shear, settings, AGAIN * settings.search, 2))

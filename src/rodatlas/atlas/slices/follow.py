@@ -199,7 +199,7 @@ def _follow_found(frontier: Frontier, settings: SliceSettings, cache: BranchCach
         say(f"search at shear {shear:g}")
         search = search_at(shear, settings, cache)
         frontier.searches.append(search)
-        seeds = [(f"found@{shear:g}.{k}", state) for k, state in enumerate(search.states, 1)]
+        seeds = [(f"found@{shear:g}.{k}", state) for k, state in enumerate(search.seeds, 1)]
         _follow_seeds(frontier, seeds, settings, cache, say)
         _follow_arrivals(frontier, settings, cache, say)
 

@@ -16,16 +16,22 @@ from rodatlas.continuation import Solution
 from rodatlas.rods.band import limiting_shear
 from rodatlas.rods.ends import Ends
 from rodatlas.states.discover import find_states
+from rodatlas.states.winding import twist
 
-PARTS = (0.0, 0.3, 0.5, 0.62, 0.72, 0.8)  # of the limiting shear; beyond, forces are too large for the search
+PARTS = (0.0, 0.3, 0.5, 0.62, 0.72, 0.86)  # of the limiting shear
 WOUND = math.pi  # a band with more twist, int tau ds [rad], belongs to the families of wound-up states
 
 
 class Search(NamedTuple):
-    """Stable states found at a shear, one of each +/- pair."""
+    """Stable states of the first class found at a shear, one of each +/- pair."""
 
     shear: float
     states: tuple[Solution, ...]
+
+    @property
+    def seeds(self) -> list[Solution]:
+        """Those that are not wound up."""
+        return [s for s in self.states if abs(twist(s)) < WOUND]
 
 
 def searched_shears(settings: SliceSettings) -> tuple[float, ...]:
@@ -46,9 +52,9 @@ def search_at(shear: float, settings: SliceSettings, cache: BranchCache) -> Sear
 
 
 def found_states(shear: float, settings: SliceSettings, starts: int, seed: int) -> tuple[Solution, ...]:
-    """Stable states of the first class that are not wound up, the member + of each pair."""
+    """Stable states of the first class, the member + of each pair."""
     ends = Ends(settings.angle_deg, settings.compression, shear)
     found = find_states(
         ends, settings.poisson, "+", starts, stable_only=True, tolerance=settings.tolerance, seed=seed
     ).states
-    return tuple(s.solution for s in found if s.stable and abs(s.twist) < WOUND and s.pair != "-")
+    return tuple(s.solution for s in found if s.stable and s.pair != "-")

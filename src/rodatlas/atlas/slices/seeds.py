@@ -25,9 +25,10 @@ from rodatlas.continuation import (
 )
 from rodatlas.rods.band import bending_ratio, limiting_shear
 from rodatlas.rods.perfectly_anisotropic import rod_problem
-from rodatlas.rods.planar import planar_states
-from rodatlas.rods.symmetry import mirror_angle
+from rodatlas.rods.planar import inverted_third_mode, planar_states
 from rodatlas.rods.twisted import twisted_states
+
+INVERTED_UP_TO_DEG = 10.0
 
 Seed = tuple[str, Solution]
 """The name that a branch gets, and a solution on it."""
@@ -36,13 +37,15 @@ Seed = tuple[str, Solution]
 def planar_seeds(settings: SliceSettings) -> tuple[list[Seed], list[str]]:
     """U, W and the third mode (M3) at dD = 0, and a warning for what is missing.
 
-    At psi0 = 0 the angle mirror maps the slice to itself: U to W, and the third mode to another one (M3i).
+    At psi0 = 0 the angle mirror maps the slice to itself: U to W, and the third mode to another one (M3i). Near it the
+    branch of M3i still resembles that of M3 upside down, with wi for w; far from it nothing on it is stable.
     """
     states, missing = planar_states(settings.a, settings.angle, settings.compression, settings.tolerance)
     names = {"U": "U", "W": "W", "third mode": "M3"}
     seeds = [(names[family], solution) for family, solution in states.items()]
-    if settings.angle == 0.0 and "third mode" in states:
-        seeds.append(("M3i", mirror_angle(states["third mode"])))
+    if settings.angle_deg <= INVERTED_UP_TO_DEG and "third mode" in states:
+        inverted = inverted_third_mode(states["third mode"], settings.tolerance)
+        seeds += [("M3i", inverted)] if inverted is not None else []
     return seeds, [f"planar states not reached: {missing}"] if missing else []
 
 
