@@ -19,6 +19,7 @@ poisson = [0.25, 0.3]
 shear_max = 0.02
 shear_min = 0
 tolerance = 1e-6
+search = 0
 """
 
 

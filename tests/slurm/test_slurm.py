@@ -15,7 +15,7 @@ from rodatlas.atlas import Slice, SliceSettings, compute_slice
 from rodatlas.atlas.study import Study, run_study
 from rodatlas.atlas.study.cluster_settings import ClusterSettings
 
-NEAR = SliceSettings(15.0, shear_max=0.02, shear_min=0.0, tolerance=1e-6)
+NEAR = SliceSettings(15.0, shear_max=0.02, shear_min=0.0, tolerance=1e-6, search=0)
 
 
 def why_not():

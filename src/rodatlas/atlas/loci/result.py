@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from rodatlas import __version__
+from rodatlas.atlas.slices.settings import ALGORITHM as SLICES
 from rodatlas.atlas.slices.settings import SliceSettings, default_shear_max
 from rodatlas.continuation import Locus, LocusEvent, LocusPoint, Solution
 from rodatlas.rods.band import check_number, limiting_shear
@@ -20,6 +21,7 @@ if TYPE_CHECKING:
     from rodatlas.atlas.loci.events import PlaneEvent
 
 SCHEMA = "rodatlas/loci/1"
+ALGORITHM = 1  # raised with every change of the program after which loci hold something else
 REFERENCE_SHEARS = (-0.1, 0.86)  # range at compression 1/2; the same parts of the limiting shear at others
 
 
@@ -54,8 +56,9 @@ class LociSettings:
         return REFERENCE_SHEARS[0] * part, REFERENCE_SHEARS[1] * part
 
     def identity(self) -> dict[str, object]:
-        """Everything that decides the numbers, as plain values: fields, range of shear, version of this program."""
-        return {"rodatlas": __version__, **asdict(self), "shears": list(self.shears)}
+        """Everything that decides the numbers, as plain values: fields, range of shear, program and algorithms."""
+        algorithm = f"{ALGORITHM}, slices {SLICES}"
+        return {"rodatlas": __version__, "algorithm": algorithm, **asdict(self), "shears": list(self.shears)}
 
     @classmethod
     def from_identity(cls, identity: Mapping[str, object]) -> LociSettings:

@@ -16,11 +16,11 @@ if TYPE_CHECKING:
 
 def _make(
     angle: float, compression: float = 0.5, poisson: float = 0.25, shear_max: float | None = None,
-    shear_min: float | None = None, tolerance: float = 1e-8,
+    shear_min: float | None = None, tolerance: float = 1e-8, search: int = SliceSettings.search,
 ) -> SliceSettings:  # fmt: skip
     high = default_shear_max(compression) if shear_max is None else shear_max
     low = default_shear_min(compression) if shear_min is None else shear_min
-    return SliceSettings(angle, compression, poisson, high, low, tolerance)
+    return SliceSettings(angle, compression, poisson, high, low, tolerance, search)
 
 
 def _compute(settings: SliceSettings, work: Workplace) -> None:

@@ -11,7 +11,7 @@ from rodatlas.atlas.study.kinds.base import Kind, Workplace, nothing_required
 from rodatlas.rods.band import check_number, check_poisson
 from rodatlas.rods.ends import Ends
 from rodatlas.states.discover import CLASSES, find_states
-from rodatlas.states.store import SCHEMA, save_discovery
+from rodatlas.states.store import ALGORITHM, SCHEMA, save_discovery
 
 if TYPE_CHECKING:
     import h5py
@@ -48,8 +48,8 @@ class StatesSettings:
         check_number("seed", self.seed, 0, 2**31, "a whole number of at least 0")
 
     def identity(self) -> dict[str, object]:
-        """Everything that decides the numbers, as plain values: the fields, and the version of this program."""
-        return {"rodatlas": __version__, **asdict(self)}
+        """Everything that decides the numbers, as plain values: the fields, the version of program and algorithm."""
+        return {"rodatlas": __version__, "algorithm": ALGORITHM, **asdict(self)}
 
 
 def _make(
