@@ -42,7 +42,7 @@ def write_page(folder: Path, target: Path, shown: Sequence[str] = SHOWN) -> list
     written = [_small_copy(folder / f"fig-{name}.png", target / f"paper-{name}.png") for name in shown]
     page = target / "paper.md"
     text = page_of(records, {name: f"paper-{name}.png" for name in shown})
-    page.write_text(f"---\norphan: true\n---\n{text}", encoding="utf-8")
+    page.write_text(text, encoding="utf-8")
     return [page, *written]
 
 
