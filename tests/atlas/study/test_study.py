@@ -268,3 +268,10 @@ def test_results_as_tables_and_json(tmp_path, threads):
 def test_settings_without_a_kind_are_refused():
     with pytest.raises(ValueError, match="settings: expected one of SliceSettings, StatesSettings, LociSettings"):
         Study.of("s", [CheapSettings(0)])
+
+
+def test_a_listing_is_in_order_of_the_numbers_in_names(tmp_path):
+    names = ["loci.h5", "slice-5.h5", "slice-27.5.h5", "slice-30.h5", "slice-100.h5"]
+    for name in names:
+        (tmp_path / name).write_bytes(b"no result")
+    assert [entry.file for entry in list_folder(tmp_path).entries] == names

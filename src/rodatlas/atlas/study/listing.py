@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -91,9 +92,9 @@ OWN = (PLAN, NAME)
 
 
 def scan(folder: Path, known: Mapping[str, Entry], thorough: bool = False) -> list[Entry]:
-    """Results and unfinished results in a folder, in order of file name."""
+    """Results and unfinished results in a folder, in order of file name, numbers by their size."""
     found = []
-    for path in sorted(folder.iterdir()):
+    for path in sorted(folder.iterdir(), key=_by_number):
         if path.name.startswith("."):
             continue
         if path.is_dir():
@@ -103,6 +104,12 @@ def scan(folder: Path, known: Mapping[str, Entry], thorough: bool = False) -> li
         elif path.suffix == ".json" and path.name != PLAN and not path.with_suffix(".h5").exists():
             found += [text] if (text := _inspect_json(path)) is not None else []
     return found
+
+
+def _by_number(path: Path) -> list[str | float]:
+    """Key of sorting by name: slice-5.h5 before slice-27.5.h5 before slice-30.h5."""
+    parts = re.split(r"(\d+(?:\.\d+)?)", path.name)
+    return [float(part) if i % 2 else part for i, part in enumerate(parts)]
 
 
 def _known(path: Path, entry: Entry | None) -> Entry | None:
