@@ -1,5 +1,5 @@
 """Benchmarks: a branch and two loci by rodatlas, AUTO-07p and SciPy in one run, in turn, one thread each; slices by one
-and by two processes; and the search for states.
+and by two processes; the search for states; and the phase diagram.
 
 Started by `make bench` with the project's interpreter. The peers live in `.venv-bench`, which is made on the first
 run; a peer that cannot be had here is named and left out. Prints the reports and writes them to `results/`.
@@ -14,6 +14,7 @@ from pathlib import Path
 import environment
 import report
 import report_loci
+import report_phase
 import report_scaling
 import report_states
 
@@ -75,11 +76,18 @@ def state_programs(work, notes):
     return {"rodatlas": (sys.executable, HERE / "rodatlas_states.py")}
 
 
+def phase_programs(work, notes):
+    """The phase diagram, as :func:`branch_programs`."""
+    return {"rodatlas": (sys.executable, HERE / "rodatlas_phase.py")}
+
+
+ONCE = ("phase",)  # takes minutes
 BENCHMARKS = {
     "u_branch": (branch_programs, report.text),
     "loci": (locus_programs, report_loci.text),
     "scaling": (scaling_programs, report_scaling.text),
     "states": (state_programs, report_states.text),
+    "phase": (phase_programs, report_phase.text),
 }
 
 
@@ -111,9 +119,10 @@ def main():
     for name in [arguments.only] if arguments.only else BENCHMARKS:
         programs, text = BENCHMARKS[name]
         notes = []
+        rounds = 1 if name in ONCE else arguments.rounds
         with tempfile.TemporaryDirectory() as folder:
-            results = measure(programs(Path(folder), notes), arguments.rounds, notes)
-        written = text(results, notes, arguments.rounds)
+            results = measure(programs(Path(folder), notes), rounds, notes)
+        written = text(results, notes, rounds)
         target = HERE / "results" / f"{name}.txt"
         target.parent.mkdir(exist_ok=True)
         target.write_text(written)
