@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 from collections.abc import Callable, Iterable
 from concurrent.futures import FIRST_COMPLETED, BrokenExecutor, CancelledError, Future, wait
+from contextlib import suppress
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, Protocol
@@ -15,7 +16,7 @@ from rodatlas.atlas.study.worker import Report, Ticket, perform
 
 POLL = 0.25  # seconds between two looks at the notes of progress
 DIED = "the worker process died (killed, out of memory, or crashed)"
-FINAL = ("KilledWorker",)  # Dask has retried these itself
+FINAL = ("KilledWorker",)  # Dask has retried these itself; also those that only waited on the workers that died
 
 
 class Executor(Protocol):
@@ -88,6 +89,8 @@ class Coordinator:
 
     def _submit(self, task: Task) -> None:
         self._attempts[task.stem] = self._attempts.get(task.stem, 0) + 1
+        with suppress(OSError):
+            self._note(task).unlink(missing_ok=True)  # of a worker that died
         try:
             future = self.executor.submit(perform, Ticket(task, self.folder, self.progress, self.run))
         except Exception as error:
@@ -103,7 +106,7 @@ class Coordinator:
         try:
             report = future.result()
         except (Exception, CancelledError) as lost:
-            final = type(lost).__name__ in FINAL
+            final = type(lost).__name__ in FINAL and self._note(task).exists()  # had begun
             broken = isinstance(lost, BrokenExecutor)
             report = Report("", 0.0, DIED if broken else f"its worker was lost ({_line(lost)})")
         for note in report.notes:
@@ -126,11 +129,15 @@ class Coordinator:
         self.kept(outcome, trace)
         self.tell(Event(status.value, task, error))
 
+    def _note(self, task: Task) -> Path:
+        """The note of progress of a task that has begun."""
+        return self.progress / f"{task.stem}.json"
+
     def _look(self) -> None:
         """Tell how far the running tasks are, from the notes of the workers."""
         for task in self._running.values():
             try:
-                text = (self.progress / f"{task.stem}.json").read_text()
+                text = self._note(task).read_text()
                 note = json.loads(text)
             except (OSError, ValueError):
                 continue
