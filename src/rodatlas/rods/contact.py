@@ -66,7 +66,17 @@ def self_contact(solution: Solution, width: float = NARROW, sections: int = SECT
     if sections < 3:
         raise ValueError(f"sections: expected at least 3, got {sections}")
     s = np.linspace(0.0, 1.0, sections)
-    center, frame = ribbon(solution, s)
+    met = meeting(*ribbon(solution, s), width)
+    return None if met is None else Contact(met, width)
+
+
+def meeting(center: np.ndarray, frame: np.ndarray, width: float) -> tuple[float, float] | None:
+    """The arclengths at which a ribbon meets itself, the smaller first; None where it does not.
+
+    Parameters
+    ----------
+    center : (n, 3) center line at evenly spaced cross-sections. frame : (3, n, 3) directors. width : w.
+    """
     one, two = _near(center, frame, width)
     if not len(one):
         return None  # hardly any state gets further
@@ -74,9 +84,9 @@ def self_contact(solution: Solution, width: float = NARROW, sections: int = SECT
     found = np.concatenate([_meetings(lines, one, two), _meetings(lines, two, one)])
     if not len(found):
         return None
-    at = np.sort(found, axis=1) / (sections - 1)
+    at = np.sort(found, axis=1) / (len(center) - 1)
     first, second = at[np.argmin(at[:, 1] - at[:, 0])]
-    return Contact((float(first), float(second)), width)
+    return float(first), float(second)
 
 
 def may_touch(center: np.ndarray, frame: np.ndarray, width: float) -> bool:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable
+from collections.abc import Iterable
 from dataclasses import replace
 from itertools import pairwise
 
@@ -14,13 +14,14 @@ from rodatlas.atlas.slices.result import State
 from rodatlas.atlas.slices.settings import SliceSettings
 from rodatlas.continuation import Solution
 from rodatlas.rods.band import NARROW
-from rodatlas.rods.contact import may_touch, self_contact
+from rodatlas.rods.contact import SECTIONS, may_touch, meeting, self_contact
 from rodatlas.rods.kinematics import ribbon
 
 SPACING = 0.5  # of the width: how far apart in shear states are looked at; strands pass each other within a width
 SLACK = 0.5  # of the width, added to it where a state is only interpolated
 ACCURACY = 5e-5  # of the ends, in shear
-COARSE = np.linspace(0.0, 1.0, 81)  # cross-sections of interpolated ribbons
+MOST = 20  # solutions to locate one end; two or three are usual
+COARSE = 81  # cross-sections at which most interpolated ribbons show that they are far from themselves
 
 Range = tuple[float, float]
 
@@ -33,8 +34,9 @@ def with_contact(states: Iterable[State], settings: SliceSettings) -> list[State
 def contact_ranges(state: State, settings: SliceSettings, width: float = NARROW) -> tuple[Range, ...]:
     """Ranges of shear in which the band of a state meets itself.
 
-    The computed solutions are tested, and between them, half a width apart in shear, states at which the interpolated
-    ribbon comes close to itself. The ends of the ranges are found by bisection, each time on a state solved for.
+    The computed solutions are tested, and between them, half a width apart in shear, states whose interpolated ribbon
+    nearly meets itself. The ends of the ranges lie where the ribbon between two solutions that are close to each other
+    begins to meet itself.
 
     Parameters
     ----------
@@ -49,57 +51,96 @@ def contact_ranges(state: State, settings: SliceSettings, width: float = NARROW)
     ValueError
         when the width is not a positive number.
     """
-    known = {s["dD"]: s for s in state.solutions}
-    told = {shear: self_contact(s, width) is not None for shear, s in known.items()}
+    tested = _Tested(state, settings, width)
+    for one, two in pairwise(state.solutions):
+        if not (tested.touches(one["dD"]) and tested.touches(two["dD"])):
+            for shear in _close_calls(one, two, width):
+                tested.touches(shear)
+    places = tested.shears
+    edges = [tested.change(*pair) for pair in pairwise(places) if tested.touches(pair[0]) != tested.touches(pair[1])]
+    if tested.touches(places[0]):
+        edges.insert(0, places[0])
+    if tested.touches(places[-1]):
+        edges.append(places[-1])
+    return tuple(zip(edges[::2], edges[1::2], strict=True))
 
-    def touches(shear: float) -> bool | None:
-        """None where no state can be solved for; one solved for is where the next starts from."""
-        if shear not in known:
-            solution = solve_state(replace(state, solutions=tuple(known.values())), shear, settings)
+
+class _Tested:
+    """Solutions of a state at some shears, and whether the band meets itself there; more are solved for when asked."""
+
+    def __init__(self, state: State, settings: SliceSettings, width: float):
+        self._state, self._settings, self._width = state, settings, width
+        self._known = {s["dD"]: s for s in state.solutions}
+        self._answers = {shear: self_contact(s, width) is not None for shear, s in self._known.items()}
+
+    @property
+    def shears(self) -> list[float]:
+        return sorted(self._known)
+
+    def touches(self, shear: float) -> bool | None:
+        """None where no state can be solved for."""
+        if shear not in self._known:
+            near = replace(self._state, solutions=tuple(self._known.values()))
+            solution = solve_state(near, shear, self._settings)
             if solution is None:
                 return None
-            known[shear] = solution
-            told[shear] = self_contact(solution, width) is not None
-        return told[shear]
+            self._known[shear] = solution
+            self._answers[shear] = self_contact(solution, self._width) is not None
+        return self._answers[shear]
 
-    for one, two in pairwise(state.solutions):
-        if not (told[one["dD"]] and told[two["dD"]]):
-            for shear in _close_calls(one, two, width):
-                touches(shear)
-    return _ranges(told, touches)
+    def change(self, low: float, high: float) -> float:
+        """The shear between two with different answers at which the band begins or ceases to meet itself.
+
+        That of the ribbon between the two is solved at, which leaves a smaller interval, until it stays.
+        """
+        last = math.inf
+        for _ in range(MOST):
+            guess = self._interpolated_change(low, high)
+            if abs(guess - last) < ACCURACY or high - low < ACCURACY:
+                break
+            last, here = guess, self.touches(guess)
+            if here is None:
+                break
+            low, high = (guess, high) if here == self.touches(low) else (low, guess)
+        return guess
+
+    def _interpolated_change(self, low: float, high: float) -> float:
+        between = _Between(self._known[low], self._known[high], SECTIONS)
+        first, at, end = self._answers[low], low, high
+        while end - at > 0.2 * ACCURACY:
+            middle = 0.5 * (at + end)
+            here = meeting(*between(middle), self._width) is not None
+            at, end = (middle, end) if here == first else (at, middle)
+        return 0.5 * (at + end)
 
 
-def _ranges(told: dict[float, bool], touches: Callable[[float], bool | None]) -> tuple[Range, ...]:
-    """Ranges between the changes among known answers, each located by bisection as far as there are more answers."""
-    ranges: list[Range] = []
-    edge = -math.inf  # where the last change was
-    places = sorted(told)
-    for low, high in pairwise(places):
-        if told[low] == told[high]:
-            continue
-        inside, outside = (low, high) if told[low] else (high, low)
-        while abs(inside - outside) > ACCURACY and (here := touches(middle := 0.5 * (inside + outside))) is not None:
-            inside, outside = (middle, outside) if here else (inside, middle)
-        if told[low]:
-            ranges.append((max(edge, places[0]), inside))
-        edge = inside
-    if told[places[-1]]:
-        ranges.append((max(edge, places[0]), places[-1]))
-    return tuple(ranges)
+class _Between:
+    """The ribbon between two solutions, interpolated in shear."""
+
+    def __init__(self, one: Solution, two: Solution, sections: int):
+        self._shears = one["dD"], two["dD"]
+        s = np.linspace(0.0, 1.0, sections)
+        self._one, self._two = ribbon(one, s), ribbon(two, s)
+
+    def __call__(self, shear: float) -> tuple[np.ndarray, np.ndarray]:
+        low, high = self._shears
+        part = (shear - low) / (high - low)
+        center, frame = ((1.0 - part) * a + part * b for a, b in zip(self._one, self._two, strict=True))
+        return center, frame
 
 
 def _close_calls(one: Solution, two: Solution, width: float) -> list[float]:
-    """Shears between two neighboring solutions at which the ribbon between them comes close to itself."""
+    """Shears between two neighboring solutions at which the ribbon between them nearly meets itself."""
     low, high = one["dD"], two["dD"]
     count = math.ceil((high - low) / (SPACING * width))
-    if count < 2:
+    shears = np.linspace(low, high, count + 1)[1:-1].tolist()
+    wide = (1.0 + SLACK) * width
+    coarse = _Between(one, two, COARSE)
+    near = [shear for shear in shears if may_touch(*coarse(shear), wide)]
+    if not near:
         return []
-    (center, frame), (next_center, next_frame) = (ribbon(s, COARSE) for s in (one, two))
-    parts = np.arange(1, count) / count
-    return [
-        low + part * (high - low) for part in parts.tolist()
-        if may_touch(center + part * (next_center - center), frame + part * (next_frame - frame), (1 + SLACK) * width)
-    ]  # fmt: skip
+    fine = _Between(one, two, SECTIONS)
+    return [shear for shear in near if meeting(*fine(shear), wide) is not None]
 
 
 def ranges_text(ranges: Iterable[Range]) -> str:
