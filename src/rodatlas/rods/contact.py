@@ -6,6 +6,7 @@ and a real one would push against itself there. The thickness is neglected: a re
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -87,6 +88,17 @@ def meeting(center: np.ndarray, frame: np.ndarray, width: float) -> tuple[float,
     at = np.sort(found, axis=1) / (len(center) - 1)
     first, second = at[np.argmin(at[:, 1] - at[:, 0])]
     return float(first), float(second)
+
+
+def places_text(contact: Contact | None) -> str:
+    """Arclengths in words: '0.0281 and 0.9719'; nothing without contact."""
+    return f"{contact.s[0]:.4f} and {contact.s[1]:.4f}" if contact else ""
+
+
+def width_text(width: float) -> str:
+    """A width as a part of the length: 'L/80', '0.03 L'."""
+    whole = round(1.0 / width)
+    return f"L/{whole}" if math.isclose(whole * width, 1.0, rel_tol=1e-9) else f"{width:g} L"
 
 
 def may_touch(center: np.ndarray, frame: np.ndarray, width: float) -> bool:

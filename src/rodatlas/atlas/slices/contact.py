@@ -3,18 +3,18 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import replace
 from itertools import pairwise
 
 import numpy as np
 
 from rodatlas.atlas.slices.coexisting import solve_state
-from rodatlas.atlas.slices.result import State
+from rodatlas.atlas.slices.result import Slice, State
 from rodatlas.atlas.slices.settings import SliceSettings
 from rodatlas.continuation import Solution
 from rodatlas.rods.band import NARROW
-from rodatlas.rods.contact import SECTIONS, may_touch, meeting, self_contact
+from rodatlas.rods.contact import SECTIONS, may_touch, meeting, self_contact, width_text
 from rodatlas.rods.kinematics import ribbon
 
 SPACING = 0.5  # of the width: how far apart in shear states are looked at; strands pass each other within a width
@@ -143,6 +143,24 @@ def _close_calls(one: Solution, two: Solution, width: float) -> list[float]:
     return [shear for shear in near if meeting(*fine(shear), wide) is not None]
 
 
+def contact_of_slices(slices: Sequence[Slice]) -> list[str]:
+    """A sentence for each name whose bands touch themselves in some of several slices."""
+    found: dict[str, dict[float, list[Range]]] = {}
+    for one in slices:
+        for s in one.states:
+            if s.contact:
+                found.setdefault(s.name, {}).setdefault(one.settings.angle_deg, []).extend(s.contact)
+    warnings = []
+    for name, at in found.items():
+        low, high = min(a for spans in at.values() for a, _ in spans), max(b for spans in at.values() for _, b in spans)
+        angles = ", ".join(f"{angle:g}" for angle in at)
+        warnings.append(
+            f"{name}: a band {width_text(NARROW)} wide passes through itself at shears within {low:.5f} to {high:.5f}, "
+            f"in the slices at {angles} deg; forces of contact are not modeled"
+        )
+    return warnings
+
+
 def ranges_text(ranges: Iterable[Range]) -> str:
     """Ranges in words: '-0.01200 to 0.01200, 0.30000 to 0.40000'."""
     return ", ".join(f"{low:.5f} to {high:.5f}" for low, high in ranges)
@@ -155,9 +173,3 @@ def contact_warnings(states: Iterable[State]) -> list[str]:
         "forces of contact are not modeled"
         for s in states if s.contact
     ]  # fmt: skip
-
-
-def width_text(width: float) -> str:
-    """A width as a part of the length: 'L/80', '0.03 L'."""
-    whole = round(1.0 / width)
-    return f"L/{whole}" if math.isclose(whole * width, 1.0, rel_tol=1e-9) else f"{width:g} L"
