@@ -25,12 +25,17 @@ from rodatlas.plot.style import (
 )
 
 if TYPE_CHECKING:
+    from matplotlib.artist import Artist
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
 NUMBER_SIZE, NAME_SIZE, NOTE_SIZE = 7.5, 9.0, 7.0
 NEAR_LIMIT = 0.08  # the limiting shear is shown when the range ends this near to it
 GUTTER = 0.012
+ROOMY = 6.0  # axes of so many inches have room for the whole legend beside the setting
+ROW: dict[str, Any] = {
+    "borderaxespad": 0.1, "handlelength": 1.7, "columnspacing": 1.0, "handletextpad": 0.35, "borderpad": 0.3,
+}  # fmt: skip
 SHEAR_LABEL = r"shear $\Delta D$  (units of $L$)"
 HEIGHT_LABEL = r"height $h=\int y\,\mathrm{d}s$  (units of $L$)"
 
@@ -114,12 +119,15 @@ def shear_view(settings: SettingsLike) -> tuple[float, float, float | None]:
 
 
 def draw_heading(settings: SettingsLike, ax: Axes, drawn: Drawn) -> None:
-    """The setting on the left and the legend on the right, above the axes."""
+    """The setting on the left and the legend on the right, above the axes; its last entry below narrow ones."""
     setting = (
         rf"$\psi_0={settings.angle_deg:g}^\circ$,  $\Delta L={settings.compression:g}\,L$,  $\nu={settings.poisson:g}$"
     )
     ax.set_title(setting, loc="left", pad=5.0)
-    draw_legend(ax, (1.0, 1.0), "lower right", touching=drawn.touching)
+    narrow = ax.get_window_extent().width < ROOMY * ax.figure.dpi
+    if drawn.touching and narrow:
+        ax.add_artist(ax.legend(handles=_handles(True)[-1:], loc="upper right", bbox_to_anchor=(1.0, -0.07), **ROW))
+    draw_legend(ax, (1.0, 1.0), "lower right", touching=drawn.touching and not narrow)
 
 
 def draw_legend(
@@ -131,19 +139,21 @@ def draw_legend(
     ----------
     touching : whether some of the stable states touch themselves.
     """
+    handles = _handles(touching)
+    of.legend(handles=handles, loc=place, bbox_to_anchor=corner, ncols=len(handles), **ROW)
+
+
+def _handles(touching: bool) -> list[Artist]:
+    """Samples of lines and markers."""
     from matplotlib.lines import Line2D
 
-    handles = [
+    return [
         Line2D([], [], color=INK, lw=STABLE_WIDTH, label="stable"),
-        *([Line2D([], [], color=INK, label="touches itself", **TOUCHING)] if touching else []),
         Line2D([], [], color=UNSTABLE, lw=UNSTABLE_WIDTH, dashes=UNSTABLE_DASHES, label="unstable"),
         Line2D([], [], label="fold", **MARKERS["fold"]),
         Line2D([], [], label="branch point", **MARKERS["branch point"]),
+        *([Line2D([], [], color=INK, label="stable, touches itself", **TOUCHING)] if touching else []),
     ]
-    of.legend(
-        handles=handles, loc=place, bbox_to_anchor=corner, ncols=len(handles), borderaxespad=0.1, handlelength=1.7,
-        columnspacing=1.0, handletextpad=0.35, borderpad=0.3,
-    )  # fmt: skip
 
 
 def label_events(drawn: Drawn, ax: Axes) -> None:
