@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from rodatlas.continuation import Solution
 
 SECTIONS = 321  # the polyhedron of so many is within h^2 k1/8 = 1e-5 L of a ribbon with k1 = 10/L
-LINES = np.array([-0.5, 0.0, 0.5])  # across the width: both edges; the center line is for planar bands, see _meetings
+LINES = np.array([-0.5, 0.0, 0.5])  # across the width: both edges; the center line is for planar bands, see _segments
 SLACK = 1e-9  # of a segment and of a triangle, so that a point on a common side of two is on one of them
 PARALLEL = 1e-12  # of the product of three lengths: below it a segment is parallel to a triangle
 
@@ -45,7 +45,7 @@ def self_contact(solution: Solution, width: float = NARROW, sections: int = SECT
     r"""Where the ribbon :math:`X(s) + u\,d_1(s)`, :math:`|u| \le w/2`, meets itself.
 
     The ribbon is replaced by triangles between evenly spaced cross-sections. Pairs of parts that are too far apart,
-    or between which the band turns too little to come back (:func:`_may_meet`), are left out; of the others the edges
+    or between which the band turns too little to come back (:func:`_may_meet`), are left out; of the others the sides
     and the center line of each are cut with the triangles of the other.
 
     Parameters
@@ -139,22 +139,18 @@ def _may_meet(frame: np.ndarray, one: np.ndarray, two: np.ndarray, width: float)
 
 
 def _meetings(lines: np.ndarray, one: np.ndarray, two: np.ndarray) -> np.ndarray:
-    """Where lines along some parts of a band cut the triangles of others.
-
-    Two strips that intersect do so along a curve that ends on an edge of one of them. In a planar band it is a ruling,
-    whose ends lie on edges of both strips, a matter of round-off; the center line then cuts the other strip in its
-    middle.
+    """Where segments on some parts of a band cut the triangles of others.
 
     Parameters
     ----------
     lines : (3, n, 3) the edge -w/2, the center line and the edge +w/2.
-    one, two : (m,) parts whose lines and whose triangles are taken.
+    one, two : (m,) parts whose segments and whose triangles are taken.
 
     Returns
     -------
     (k, 2) the places of the meetings on the two parts, in numbers of cross-sections.
     """
-    start, way = lines[:, one], lines[:, one + 1] - lines[:, one]
+    start, way, advance = _segments(lines, one)
     corner, across = lines[0, two], lines[2, two + 1] - lines[0, two]
     found = []
     for last in (False, True):  # the two triangles on either side of the diagonal `across`
@@ -162,10 +158,27 @@ def _meetings(lines: np.ndarray, one: np.ndarray, two: np.ndarray) -> np.ndarray
         t, u, v = _cut(start, way, corner, across, side)
         low, high = -SLACK, 1.0 + SLACK
         hit = (t >= low) & (t <= high) & (u >= low) & (v >= low) & (u + v <= high)
-        _, pair = np.nonzero(hit)
-        along = u[hit] if last else u[hit] + v[hit]
-        found.append(np.column_stack([one[pair] + t[hit], two[pair] + along]))
+        segment, pair = np.nonzero(hit)
+        from_start, along = advance[:, segment], u[hit] if last else u[hit] + v[hit]
+        found.append(np.column_stack([one[pair] + from_start[0] + t[hit] * from_start[1], two[pair] + along]))
     return np.concatenate(found)
+
+
+def _segments(lines: np.ndarray, part: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Segments on parts of a band that another part cannot miss when it cuts through: pieces of the three lines, and the
+    rulings at both ends.
+
+    Two parts intersect along a curve that ends on a side of one of them. In a planar band it is a ruling, whose ends
+    lie on edges of both, a matter of round-off; the center line of each then cuts the other in its middle.
+
+    Returns
+    -------
+    start, way : (5, m, 3), and the arclength at the start and along the way, (2, 5), in numbers of cross-sections.
+    """
+    here, there = lines[:, part], lines[:, part + 1]
+    start = np.concatenate([here, here[:1], there[:1]])
+    way = np.concatenate([there - here, (here[2] - here[0])[None], (there[2] - there[0])[None]])
+    return start, way, np.array([[0.0, 0.0, 0.0, 0.0, 1.0], [1.0, 1.0, 1.0, 0.0, 0.0]])
 
 
 def _cut(
