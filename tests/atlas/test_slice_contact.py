@@ -59,7 +59,7 @@ def test_the_range_grows_with_the_width_of_the_band(touching, u):
     ((_, high),) = contact_ranges(u, touching.settings, NARROW / 2)
     assert high == pytest.approx(EDGE / 2, rel=0.02)
     assert contact_ranges(u, touching.settings, 0.1) == (u.shear,)
-    with pytest.raises(ValueError, match=r"^width: expected a positive number"):
+    with pytest.raises(ValueError, match=r"^width: expected the width over the length, between 0 and 10, got 0"):
         contact_ranges(u, touching.settings, 0.0)
 
 
