@@ -45,11 +45,13 @@ def draw_close_ups(panels: Sequence[Panel]) -> Figure:
     width = (TWO_COLUMN - LEFT - RIGHT - ACROSS) / 2
     with styled():
         fig = new_figure(TWO_COLUMN, inches)
+        touching = False
         for k, panel in enumerate(panels):
             row, column = divmod(k, 2)
             left, low = LEFT + column * (width + ACROSS), BOTTOM + (rows - 1 - row) * (ROW + BETWEEN)
             ax = fig.add_axes((left / TWO_COLUMN, low / inches, width / TWO_COLUMN, ROW / inches))
             drawn = draw_window(panel.slice, panel.shears, panel.heights, ax)
+            touching |= drawn.touching
             angle = panel.slice.settings.angle_deg
             ax.set_title(f"({'abcdefghij'[k]})  {equation('psi0', angle)}", loc="left", pad=4.0)
             ax.locator_params(nbins=5)
@@ -63,6 +65,6 @@ def draw_close_ups(panels: Sequence[Panel]) -> Figure:
         fixed = panels[0].slice.settings
         setting = setting_text(dL=fixed.compression, nu=fixed.poisson)
         fig.text(LEFT / TWO_COLUMN, 1 - 0.05 / inches, setting, ha="left", va="top", fontsize=9.0)
-        draw_legend((1 - RIGHT / TWO_COLUMN, 1 - 0.02 / inches), on=fig)
+        draw_legend((1 - RIGHT / TWO_COLUMN, 1 - 0.02 / inches), on=fig, touching=touching)
         fig.draw_without_rendering()
     return fig

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from rodatlas.plot.overlaps import Overlap, overlaps_of
-from rodatlas.plot.panel import NOTE_SIZE, Drawn, draw_part, label_states
+from rodatlas.plot.panel import NOTE_SIZE, Drawn, draw_part, label_states, whole_states
 from rodatlas.plot.placement import axes_box, dense, to_points
 from rodatlas.plot.style import INK, UNSTABLE
 
@@ -46,7 +46,7 @@ def draw_insets(drawn: Drawn, ax: Axes, *, leaders: np.ndarray | None = None) ->
 
     panels: list[Axes] = []
     lines = np.empty((0, 2)) if leaders is None else leaders
-    for overlap in sorted(overlaps_of(drawn.stretches, ax), key=lambda o: -np.ptp(o.xy[:, 0])):
+    for overlap in sorted(overlaps_of(whole_states(drawn.stretches), ax), key=lambda o: -np.ptp(o.xy[:, 0])):
         window = _window(overlap)
         if window is None or len(panels) == MOST:
             continue
@@ -157,8 +157,7 @@ def _draw_panel(drawn: Drawn, overlap: Overlap, window: Window, box: np.ndarray,
     share = (box - whole[0]) / (whole[1] - whole[0])
     panel = ax.inset_axes((*share[0], *(share[1] - share[0])), zorder=6)
     part = draw_part(drawn.stretches, *window, panel)
-    names = {id(overlap.hidden), id(overlap.top)}
-    shown = [replace(s, xy=_clipped(s.xy, window)) for s in part.stretches if id(s) in names]
+    shown = [replace(s, xy=_clipped(s.xy, window)) for s in (overlap.hidden, overlap.top)]
     label_states(replace(part, stretches=shown), panel)
     panel.locator_params(axis="x", nbins=4)
     panel.locator_params(axis="y", nbins=3)

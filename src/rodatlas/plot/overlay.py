@@ -65,7 +65,7 @@ def draw_overlay(slice_: Any, comparison: Any) -> Figure:
         low = fig.add_axes((across[0], BOTTOM / inches, across[1], bars / inches), sharex=top)
         drawn = draw_curves(slice_, top)
         _draw_along(slice_, comparison, labels, drawn, top)
-        draw_heading(slice_.settings, top)
+        draw_heading(slice_.settings, drawn, top)
         label_events(drawn, top)
         draw_insets(drawn, top)
         label_states(drawn, top)

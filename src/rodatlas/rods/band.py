@@ -5,6 +5,9 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
+NARROW = 1.0 / 80.0
+"""Width over length of the narrow band of Yu and Hanna: that of drawings and of the test for self-contact."""
+
 
 def check_number(field: str, value: object, low: float, high: float, what: str) -> float:
     """A finite float in [low, high], or a ValueError that names the field, what was expected and what came."""
