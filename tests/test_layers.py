@@ -12,7 +12,8 @@ import pytest
 import rodatlas
 
 ROOT = Path(rodatlas.__file__).parent
-LAYERS = ("cli", "explorer", "paper", "atlas", "states", "snap", "plot", "rods", "continuation")  # top to bottom
+# top to bottom
+LAYERS = ("cli", "explorer", "paper", "atlas", "states", "snap", "plot", "rods", "continuation", "files")
 HEAVY = ("numba", "casadi", "matplotlib", "scipy", "numpy", "h5py", "pandas")
 
 

@@ -29,13 +29,12 @@ def settings_from(
     angle: str, compression: str, poisson: str, tol: str, shear_max: str = "", shear_min: str = "", search: str = "256"
 ) -> SliceSettings:
     """Settings of a slice from the texts that the user typed; an empty shear stands for the default."""
-    from rodatlas.atlas.slices.settings import SliceSettings, default_shear_max, default_shear_min
+    from rodatlas.atlas.slices.settings import SliceSettings
 
-    held = number("compression", compression)
+    high, low = (number(k, v) if v else None for k, v in (("shear-max", shear_max), ("shear-min", shear_min)))
     return SliceSettings(
-        number("angle", angle), held, number("poisson", poisson),
-        number("shear-max", shear_max) if shear_max else default_shear_max(held),
-        number("shear-min", shear_min) if shear_min else default_shear_min(held),
+        number("angle", angle), number("compression", compression), number("poisson", poisson),
+        high, low,  # type: ignore[arg-type]
         number("tol", tol), whole_number("search", search),
     )  # fmt: skip
 

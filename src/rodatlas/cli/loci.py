@@ -44,7 +44,7 @@ def run(
     if json_to == "-":
         sys.stdout.write(text)
     elif json_file is not None:
-        from rodatlas.atlas.slices.cache import write_text
+        from rodatlas.files import write_text
 
         write_text(json_file, text)
 
@@ -59,7 +59,7 @@ def _whole(text: str) -> int:
 def _files(found: Loci, wanted: tuple[int, ...], folder: Path) -> list[Path]:
     """Draw the figure and write the data as JSON; the files that are there now."""
     from rodatlas.atlas.loci.obtain import loci_stem_of
-    from rodatlas.atlas.slices.cache import write_text
+    from rodatlas.files import write_text
     from rodatlas.plot import draw_loci_figure, save_figure
 
     stem = loci_stem_of(found.settings)

@@ -37,7 +37,7 @@ def read_overlay(path: str, band: str, settings: SliceSettings) -> tuple[Measure
 def compare_overlay(found: Slice, measured: Sequence[Measurement], stem: Path, console: Console) -> Comparison:
     """Print the comparison, and write it as JSON beside its figure."""
     from rodatlas.atlas.experiments.comparison import compare
-    from rodatlas.atlas.slices.cache import write_text
+    from rodatlas.files import write_text
     from rodatlas.plot import save_figure
     from rodatlas.plot.overlay import draw_overlay
 

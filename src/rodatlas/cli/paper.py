@@ -23,7 +23,7 @@ def run(wanted: Sequence[str], out: str, workers: str, json_to: str, fresh: bool
     folder = writable_folder(out)
     json_file = json_target(json_to)
     processes = _processes(workers)
-    from rodatlas.atlas.slices.cache import write_text
+    from rodatlas.files import write_text
     from rodatlas.paper.output import stored_records, to_json
 
     records, failed = _drawn(entries, folder, processes, fresh)
@@ -77,7 +77,7 @@ def _drawn(
                 records.append(draw_to(entry, sources, folder))
             except (ValueError, NotConverged) as error:  # the other figures do not need it
                 failed[entry.name] = str(error)
-            write_tables(folder)
+            write_tables(folder, note)
     return records, failed
 
 

@@ -42,7 +42,7 @@ def run(
     if json_to == "-":
         sys.stdout.write(text)
     elif json_file is not None:
-        from rodatlas.atlas.slices.cache import write_text
+        from rodatlas.files import write_text
 
         write_text(json_file, text)
 
@@ -50,7 +50,7 @@ def run(
 def _files(found: PhaseDiagram, folder: Path) -> list[Path]:
     """Draw the figures and write the data as JSON; the files that are there now."""
     from rodatlas.atlas.phase.settings import phase_stem_of
-    from rodatlas.atlas.slices.cache import write_text
+    from rodatlas.files import write_text
     from rodatlas.plot import draw_phase_figure, draw_phase_states, save_figure
 
     stem = phase_stem_of(found.settings)

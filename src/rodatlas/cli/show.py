@@ -47,7 +47,7 @@ def run(folder: str, check: bool, json_to: str) -> None:
     if json_to == "-":
         sys.stdout.write(text)
     elif json_file is not None:
-        from rodatlas.atlas.slices.cache import write_text
+        from rodatlas.files import write_text
 
         write_text(json_file, text)
 

@@ -24,8 +24,8 @@ def run(setting: tuple[str, ...], out: str, json_to: str, fresh: bool, overlay: 
     measured = read_overlay(overlay, band, settings)
     folder = writable_folder(out)
     json_file = json_target(json_to)
-    from rodatlas.atlas.slices.cache import write_text
     from rodatlas.atlas.slices.obtain import obtain_slice, stem_of
+    from rodatlas.files import write_text
 
     stem = stem_of(settings)
     with progress_bar(f"slice at {settings.angle_deg:g} deg") as report:

@@ -42,7 +42,7 @@ def run(file: str, out: str, workers: str, scheduler: str, dry_run: bool, json_t
     if json_to == "-":
         sys.stdout.write(text)
     elif json_file is not None:
-        from rodatlas.atlas.slices.cache import write_text
+        from rodatlas.files import write_text
 
         write_text(json_file, text)
     return 1 if not dry_run and failed else 0

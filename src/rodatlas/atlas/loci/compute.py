@@ -9,7 +9,7 @@ from dataclasses import replace
 
 from rodatlas.atlas.loci.cache import LocusCache
 from rodatlas.atlas.loci.numbering import ENDS, Stretch, lies_on, numbered, pieces, stretches
-from rodatlas.atlas.loci.result import Loci, LociSettings
+from rodatlas.atlas.loci.result import KNOWN, Loci, LociSettings
 from rodatlas.atlas.slices.follow import Progress
 from rodatlas.atlas.slices.result import Event, Slice
 from rodatlas.atlas.slices.settings import REFERENCE_ANGLE_DEG
@@ -26,7 +26,6 @@ from rodatlas.continuation import (
 from rodatlas.rods.perfectly_anisotropic import rod_problem
 
 PLANE = ("dD", "psi0")
-KNOWN = tuple(range(19))
 ANGLES = {16: 55.0, 17: 60.0}  # degrees at which a slice has these bifurcations; the others come from that at 15
 
 

@@ -11,7 +11,7 @@ import numpy as np
 
 from rodatlas import __version__
 from rodatlas.atlas.slices.settings import ALGORITHM as SLICES
-from rodatlas.atlas.slices.settings import SliceSettings, default_shear_max
+from rodatlas.atlas.slices.settings import SliceSettings
 from rodatlas.continuation import Locus, LocusEvent, LocusPoint, Solution
 from rodatlas.rods.band import check_number, limiting_shear
 
@@ -22,6 +22,8 @@ if TYPE_CHECKING:
 
 SCHEMA = "rodatlas/loci/1"
 ALGORITHM = 1  # raised with every change of the program after which loci hold something else
+KNOWN = tuple(range(19))
+"""The paper's numbers of bifurcations."""
 REFERENCE_SHEARS = (-0.1, 0.86)  # range at compression 1/2; the same parts of the limiting shear at others
 
 
@@ -46,8 +48,7 @@ class LociSettings:
 
     def slice_at(self, angle_deg: float) -> SliceSettings:
         """Settings of a slice of the same band."""
-        high = default_shear_max(self.compression)
-        return SliceSettings(angle_deg, self.compression, self.poisson, high, tolerance=self.tolerance)
+        return SliceSettings(angle_deg, self.compression, self.poisson, tolerance=self.tolerance)
 
     @property
     def shears(self) -> tuple[float, float]:
@@ -59,6 +60,11 @@ class LociSettings:
         """Everything that decides the numbers, as plain values: fields, range of shear, program and algorithms."""
         algorithm = f"{ALGORITHM}, slices {SLICES}"
         return {"rodatlas": __version__, "algorithm": algorithm, **asdict(self), "shears": list(self.shears)}
+
+    def identity_of(self, numbers: Sequence[int]) -> dict[str, object]:
+        """As :meth:`identity`, of some loci only."""
+        some = {} if set(numbers) == set(KNOWN) else {"numbers": sorted(set(numbers))}
+        return {**self.identity(), **some}
 
     @classmethod
     def from_identity(cls, identity: Mapping[str, object]) -> LociSettings:
@@ -143,6 +149,10 @@ class Loci:
     def __repr__(self) -> str:
         numbers = sorted({p.number for p in self.pieces if p.number is not None})
         return f"Loci({len(self.curves)} curves with the loci {', '.join(map(str, numbers))})"
+
+    def identity(self) -> dict[str, object]:
+        """Everything that decides the numbers: the settings, and which loci were asked for unless all were."""
+        return self.settings.identity_of(self.wanted)
 
     def numbered(self, number: int) -> Piece | None:
         """The locus of a number."""

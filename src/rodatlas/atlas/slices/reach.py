@@ -10,10 +10,9 @@ from rodatlas.atlas.slices.cache import BranchCache, MemoryCache
 from rodatlas.atlas.slices.coexisting import solve_state
 from rodatlas.atlas.slices.compute import compute_slice
 from rodatlas.atlas.slices.follow import Progress
-from rodatlas.atlas.slices.obtain import stem_of
+from rodatlas.atlas.slices.obtain import stored_slice
 from rodatlas.atlas.slices.result import Slice
 from rodatlas.atlas.slices.settings import SliceSettings
-from rodatlas.atlas.slices.store import stored_slice
 from rodatlas.continuation import Solution
 from rodatlas.rods.ends import Ends
 from rodatlas.rods.symmetry import pair_member, reverse
@@ -69,7 +68,7 @@ def reach(
         when no stable state of that name exists there; the message says which ones do.
     """
     wanted, sign = split_name(name)
-    stored = stored_slice(folder / f"{stem_of(settings)}.h5", settings) if folder else None
+    stored = stored_slice(folder, settings) if folder else None
     if stored is not None and (solution := _of_slice(stored, wanted, shear)) is not None:
         return Reached(_member(solution, sign), "stored slice")
     found = _searched(settings, wanted, shear, progress)

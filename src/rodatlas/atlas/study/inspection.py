@@ -7,9 +7,9 @@ from dataclasses import dataclass, field, fields
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from rodatlas.atlas.slices.cache import SETTINGS
 from rodatlas.atlas.study.integrity import read_everything
 from rodatlas.atlas.study.kinds import KINDS
+from rodatlas.atlas.unfinished import settings_in
 
 if TYPE_CHECKING:
     import h5py
@@ -88,9 +88,8 @@ def _points(file: h5py.File) -> str:
 
 def inspect_work(folder: Path) -> Entry | None:
     """The unfinished result whose curves lie in a folder; None of any other folder."""
-    try:
-        settings = json.loads((folder / SETTINGS).read_text())
-    except (OSError, ValueError):
+    settings = settings_in(folder)
+    if settings is None:
         return None
     files = [path.stat() for path in folder.glob("*.h5")]
     kind = next((k for k in KINDS if set(settings) >= {f.name for f in fields(k.settings)}), None)

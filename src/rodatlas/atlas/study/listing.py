@@ -10,8 +10,10 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from rodatlas.atlas.study.catalogue import NAME, Catalogue, read_catalogue
-from rodatlas.atlas.study.folder import PLAN, alone_in, failure_of
+from rodatlas.atlas.study.folder import PLAN, failure_of
 from rodatlas.atlas.study.inspection import Entry, inspect_file, inspect_work
+from rodatlas.atlas.unfinished import clear_leftover, settings_in
+from rodatlas.files import alone_in, remove_partials
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -75,6 +77,7 @@ def list_folder(folder: Path, thorough: bool = False) -> Listing:
     """
     if not folder.is_dir():
         raise ValueError(f"folder: expected a folder with results, got '{folder}'")
+    drop_leftovers(folder)
     known = read_catalogue(folder)
     entries = scan(folder, {} if thorough else known, thorough)
     plan = read_plan(folder)
@@ -89,6 +92,21 @@ def list_folder(folder: Path, thorough: bool = False) -> Listing:
 
 
 OWN = (PLAN, NAME)
+
+
+def drop_leftovers(folder: Path) -> None:
+    """Remove what kills have left: the curves of results that are complete, and half-written files of old.
+
+    What another process is working on is left alone, and so is everything in a folder that cannot be written.
+    """
+    try:
+        remove_partials(folder)
+        for curves in [p for p in folder.iterdir() if p.is_dir() and not p.name.startswith(".")]:
+            data = curves.with_name(f"{curves.name}.h5")
+            if settings_in(curves) is not None and data.exists():
+                clear_leftover(data, inspect_file(data).settings)
+    except OSError:
+        return
 
 
 def scan(folder: Path, known: Mapping[str, Entry], thorough: bool = False) -> list[Entry]:

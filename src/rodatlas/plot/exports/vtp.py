@@ -11,7 +11,7 @@ from xml.sax.saxutils import quoteattr
 
 import numpy as np
 
-from rodatlas.plot.exports.files import replace_file
+from rodatlas.files import replace_file
 from rodatlas.plot.exports.mesh import ACROSS, Mesh
 
 if TYPE_CHECKING:

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-import hashlib
-import json
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Protocol
+
+from rodatlas.files import digest
 
 if TYPE_CHECKING:
     import h5py
@@ -90,9 +90,3 @@ class Kind:
 def nothing_required(settings: Settings) -> tuple[Settings, ...]:
     """For kinds that need no other results."""
     return ()
-
-
-def digest(identity: dict[str, object]) -> str:
-    """Eight hexadecimal digits that stand for an identity; 15 and 15.0 are the same."""
-    plain = {key: float(v) if isinstance(v, int) and not isinstance(v, bool) else v for key, v in identity.items()}
-    return hashlib.sha256(json.dumps(plain, sort_keys=True).encode()).hexdigest()[:8]
