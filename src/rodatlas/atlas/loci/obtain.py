@@ -10,10 +10,10 @@ from rodatlas.atlas.loci.compute import KNOWN, compute_loci
 from rodatlas.atlas.loci.result import Loci, LociSettings
 from rodatlas.atlas.loci.store import stored_loci
 from rodatlas.atlas.slices.cache import remove_partials
-from rodatlas.atlas.slices.follow import Progress
 from rodatlas.atlas.slices.obtain import Say, obtain_slice, stem_of
 from rodatlas.atlas.slices.result import Slice
 from rodatlas.atlas.slices.settings import SliceSettings
+from rodatlas.progress import Progress, tells
 
 
 def loci_stem_of(settings: LociSettings) -> str:
@@ -22,6 +22,7 @@ def loci_stem_of(settings: LociSettings) -> str:
     return f"loci{stem}" + (f"-to{settings.angle_max:g}" if settings.angle_max != 80.0 else "")
 
 
+@tells("loci")
 def obtain_loci(
     settings: LociSettings, folder: Path, numbers: Sequence[int] = (), progress: Progress | None = None, *,
     fresh: bool = False, say: Say | None = None, stem: str | None = None,

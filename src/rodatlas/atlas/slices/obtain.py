@@ -7,11 +7,12 @@ from pathlib import Path
 
 from rodatlas.atlas.slices.cache import FolderCache, remove_partials
 from rodatlas.atlas.slices.compute import compute_slice
-from rodatlas.atlas.slices.follow import Progress, Reference, planar_branches
+from rodatlas.atlas.slices.follow import Reference, planar_branches
 from rodatlas.atlas.slices.result import Slice
 from rodatlas.atlas.slices.settings import SliceSettings
 from rodatlas.atlas.slices.store import stored_slice
 from rodatlas.continuation import Branch
+from rodatlas.progress import Progress, tells
 
 Say = Callable[[str], None]
 """Told in one line what is read, resumed or kept."""
@@ -24,6 +25,7 @@ def stem_of(settings: SliceSettings) -> str:
     return f"slice-{settings.angle_deg:g}{other}"
 
 
+@tells("slice")
 def obtain_slice(
     settings: SliceSettings, folder: Path, progress: Progress | None = None, *, fresh: bool = False,
     say: Say | None = None, stem: str | None = None,
@@ -35,7 +37,8 @@ def obtain_slice(
 
     Parameters
     ----------
-    progress : called as the work goes on.
+    progress : called as the work goes on; by default a line in a terminal or notebook, `rodatlas.progress.silent`
+        for none.
     fresh : compute everything again.
     say : told what is read, resumed or kept.
     stem : name of the files without suffix, :func:`stem_of` when left out.
