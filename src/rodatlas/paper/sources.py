@@ -6,16 +6,11 @@ from collections.abc import Callable, Iterable
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from rodatlas.progress import Progress, silent
+
 if TYPE_CHECKING:
     from rodatlas.atlas import Loci, Slice, SliceSettings
     from rodatlas.atlas.phase.result import PhaseDiagram
-
-Report = Callable[[str, int, int], None]
-"""Called with (what is being done, pieces finished, pieces known to be left)."""
-
-
-def _silent(message: str, done: int, pending: int) -> None:
-    pass
 
 
 def _told_nobody(line: str) -> None:
@@ -33,10 +28,10 @@ class Sources:
     """
 
     def __init__(
-        self, folder: Path, workers: int = 1, report: Report | None = None, say: Callable[[str], None] = _told_nobody,
+        self, folder: Path, workers: int = 1, report: Progress | None = None, say: Callable[[str], None] = _told_nobody,
         *, fresh: bool = False,
     ):  # fmt: skip
-        self.folder, self.workers, self.report = folder, workers, report or _silent
+        self.folder, self.workers, self.report = folder, workers, report or silent
         self._say, self._fresh = say, fresh
         self._slices: dict[SliceSettings, Slice] = {}
         self._loci: Loci | None = None

@@ -8,6 +8,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from rodatlas.continuation import MeshControl, NotConverged, Solution, TraceOptions, solve
+from rodatlas.progress import Progress, tells
 from rodatlas.rods.band import bending_ratio, check_between
 from rodatlas.rods.ends import Ends
 from rodatlas.rods.perfectly_anisotropic import rod_problem
@@ -26,7 +27,6 @@ FIRST_ROUND, MOST_STARTS = 1024, 8192  # of a search for stable states, which do
 UNSEEN, CHANCE = 0.5, 0.001  # bounds of the estimated number of states not met, and of the probability of a new one
 FORCE_RANGE = 200.0
 FORCES_PART = 0.25  # of the starts: random forces, which seldom converge but reach states of high index
-Report = Callable[[str, int, int], None]
 
 
 @dataclass
@@ -71,10 +71,11 @@ class _Census:
         return sum(bool(s) and s[0].wound and (s[0].stable or not stable_only) for s in self.states.values())
 
 
+@tells("states")
 def find_states(
     ends: Ends, poisson: float = 0.25, classes: str = "both", starts: int | None = None, *,
     stable_only: bool = False, wound: bool = False, tolerance: float = 1e-8, force_range: float | None = None,
-    deflate: int = 0, seed: int = 1, threads: int | None = None, progress: Report | None = None,
+    deflate: int = 0, seed: int = 1, threads: int | None = None, progress: Progress | None = None,
 ) -> Discovery:  # fmt: skip
     """Search for equilibria at one setting.
 
@@ -92,6 +93,8 @@ def find_states(
         starts find more in the same time.
     seed : of the quasi-random starts; another one makes an independent search.
     threads : by default as many as there are processors; they do not change the result.
+    progress : called as the work goes on; by default a line in a terminal or notebook, `rodatlas.progress.silent`
+        for none.
 
     Raises
     ------

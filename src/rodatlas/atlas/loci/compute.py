@@ -10,7 +10,6 @@ from dataclasses import replace
 from rodatlas.atlas.loci.cache import LocusCache
 from rodatlas.atlas.loci.numbering import ENDS, Stretch, lies_on, numbered, pieces, stretches
 from rodatlas.atlas.loci.result import KNOWN, Loci, LociSettings
-from rodatlas.atlas.slices.follow import Progress
 from rodatlas.atlas.slices.result import Event, Slice
 from rodatlas.atlas.slices.settings import REFERENCE_ANGLE_DEG
 from rodatlas.continuation import (
@@ -23,6 +22,7 @@ from rodatlas.continuation import (
     fold_locus_at,
     follow_locus,
 )
+from rodatlas.progress import Progress, tells
 from rodatlas.rods.perfectly_anisotropic import rod_problem
 
 PLANE = ("dD", "psi0")
@@ -36,6 +36,7 @@ def check_numbers(numbers: Sequence[int]) -> None:
             raise ValueError(f"number: expected one of {KNOWN[0]} to {KNOWN[-1]}, got {number}")
 
 
+@tells("loci")
 def compute_loci(
     settings: LociSettings, slice_of: Callable[[float], Slice], numbers: Sequence[int] = (),
     progress: Progress | None = None, cache: LocusCache | None = None,
@@ -47,7 +48,8 @@ def compute_loci(
     slice_of : gives the slice at an angle in degrees.
     numbers : loci that are wanted, all known ones when empty. Those of the slice at 15 degrees are followed in any
         case, to tell what meets at their special points; 16 and 17 need slices of their own.
-    progress : called as the work goes on.
+    progress : called as the work goes on; by default a line in a terminal or notebook, `rodatlas.progress.silent`
+        for none.
     cache : asked for every locus before it is followed, and given it afterwards.
     """
     check_numbers(numbers)

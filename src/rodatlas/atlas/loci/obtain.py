@@ -10,13 +10,13 @@ from rodatlas.atlas.loci.cache import LocusFolder
 from rodatlas.atlas.loci.compute import compute_loci
 from rodatlas.atlas.loci.result import KNOWN, Loci, LociSettings
 from rodatlas.atlas.loci.store import SCHEMA, read_loci
-from rodatlas.atlas.slices.follow import Progress
 from rodatlas.atlas.slices.obtain import obtain_slice, stem_of
 from rodatlas.atlas.slices.result import Slice
 from rodatlas.atlas.slices.settings import SliceSettings
 from rodatlas.atlas.stored import peek, stored
 from rodatlas.atlas.unfinished import Say, silent
 from rodatlas.files import claimed, exact
+from rodatlas.progress import Progress, tells
 
 
 def loci_stem_of(settings: LociSettings, numbers: Sequence[int] = ()) -> str:
@@ -38,6 +38,7 @@ class _Wanted:
         return self.settings.identity_of(self.numbers)
 
 
+@tells("loci")
 def obtain_loci(
     settings: LociSettings, folder: Path, numbers: Sequence[int] = (), progress: Progress | None = None, *,
     fresh: bool = False, say: Say = silent, stem: str | None = None,

@@ -18,8 +18,8 @@ from rodatlas.atlas.phase.regions import Face, assign, check_crossings, crossing
 from rodatlas.atlas.phase.result import Interval, PhaseDiagram
 from rodatlas.atlas.phase.settings import PhaseSettings
 from rodatlas.atlas.phase.story import told
-from rodatlas.atlas.slices.follow import Progress
 from rodatlas.atlas.slices.result import Slice
+from rodatlas.progress import Progress, tells
 
 Slices = Callable[[Sequence[float]], Iterable[Slice]]
 """Gives the slices at some angles in degrees, in any order; they may be computed at the same time."""
@@ -38,6 +38,7 @@ class _Drawn:
     warnings: tuple[str, ...]
 
 
+@tells("phase diagram")
 def compute_phase(
     settings: PhaseSettings, loci: Loci, slices: Slices, given: Sequence[float] = (), progress: Progress | None = None
 ) -> PhaseDiagram:

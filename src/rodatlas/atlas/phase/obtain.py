@@ -14,17 +14,18 @@ from rodatlas.atlas.phase.compute import Slices, compute_phase
 from rodatlas.atlas.phase.result import PhaseDiagram
 from rodatlas.atlas.phase.settings import PhaseSettings, phase_stem_of
 from rodatlas.atlas.phase.store import SCHEMA, read_phase
-from rodatlas.atlas.slices.follow import Progress
 from rodatlas.atlas.slices.result import Slice
 from rodatlas.atlas.slices.settings import REFERENCE_ANGLE_DEG
 from rodatlas.atlas.stored import stored
 from rodatlas.atlas.study.many import obtain_slices
 from rodatlas.atlas.unfinished import Say, silent
 from rodatlas.files import claimed
+from rodatlas.progress import Progress, tells
 
 SLICES = "phase-slices"  # folder of the slices, which reach further in shear than those of `rodatlas slice`
 
 
+@tells("phase diagram")
 def obtain_phase(
     settings: PhaseSettings, folder: Path, progress: Progress | None = None, *, workers: int = 2, fresh: bool = False,
     say: Say = silent,
@@ -36,7 +37,8 @@ def obtain_phase(
 
     Parameters
     ----------
-    progress : called as the work goes on.
+    progress : called as the work goes on; by default a line in a terminal or notebook, `rodatlas.progress.silent`
+        for none.
     workers : number of processes that compute slices.
     fresh : compute everything again.
     say : told what is read, resumed or kept.

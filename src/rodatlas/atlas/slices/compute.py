@@ -9,7 +9,7 @@ from itertools import pairwise
 from rodatlas.atlas.slices.cache import BranchCache
 from rodatlas.atlas.slices.crosscheck import missed_states
 from rodatlas.atlas.slices.cuts import cut_segment
-from rodatlas.atlas.slices.follow import Followed, Frontier, Progress, Reference, follow_slice
+from rodatlas.atlas.slices.follow import Followed, Frontier, Reference, follow_slice
 from rodatlas.atlas.slices.match import same_state
 from rodatlas.atlas.slices.mirror import broken_symmetries, mirror_partners
 from rodatlas.atlas.slices.numbering import ENDS, number_neighbors, number_without_states
@@ -18,10 +18,12 @@ from rodatlas.atlas.slices.segments import Bound, Segment, stable_segments, with
 from rodatlas.atlas.slices.settings import SliceSettings
 from rodatlas.continuation import SpecialPoint
 from rodatlas.continuation.events import turns_at
+from rodatlas.progress import Progress, tells
 from rodatlas.rods.symmetry import is_symmetric
 from rodatlas.states.names import NAMES, OTHER, Part, name_parts
 
 
+@tells("slice")
 def compute_slice(
     settings: SliceSettings, cache: BranchCache | None = None, progress: Progress | None = None, carry: bool = True,
     reference: Reference | None = None,
@@ -31,7 +33,8 @@ def compute_slice(
     Parameters
     ----------
     cache : keeps finished branches, so that an interrupted run can be resumed.
-    progress : called as the work goes on.
+    progress : called as the work goes on; by default a line in a terminal or notebook, `rodatlas.progress.silent`
+        for none.
     carry : whether branches that are not connected within the slice are looked for: carried over from a reference
         angle, and found by a search.
     reference : branches of the slices at reference angles as far as they are known, see

@@ -6,7 +6,7 @@ from pathlib import Path
 
 from rodatlas.atlas.slices.cache import FolderCache
 from rodatlas.atlas.slices.compute import compute_slice
-from rodatlas.atlas.slices.follow import Progress, Reference, planar_branches
+from rodatlas.atlas.slices.follow import Reference, planar_branches
 from rodatlas.atlas.slices.result import Slice
 from rodatlas.atlas.slices.settings import SliceSettings, default_shear_max, default_shear_min
 from rodatlas.atlas.slices.store import SCHEMA, read_slice
@@ -14,6 +14,7 @@ from rodatlas.atlas.stored import peek, stored
 from rodatlas.atlas.unfinished import Say, silent
 from rodatlas.continuation import Branch
 from rodatlas.files import claimed, exact
+from rodatlas.progress import Progress, tells
 
 
 def stem_of(settings: SliceSettings) -> str:
@@ -41,6 +42,7 @@ def stored_slice(folder: Path, settings: SliceSettings) -> Slice | None:
     return peek(folder / f"{stem_of(settings)}.h5", SCHEMA, settings, read_slice)
 
 
+@tells("slice")
 def obtain_slice(
     settings: SliceSettings, folder: Path, progress: Progress | None = None, *, fresh: bool = False,
     say: Say = silent, stem: str | None = None,
@@ -53,7 +55,8 @@ def obtain_slice(
 
     Parameters
     ----------
-    progress : called as the work goes on.
+    progress : called as the work goes on; by default a line in a terminal or notebook, `rodatlas.progress.silent`
+        for none.
     fresh : compute everything again.
     say : told what is read, resumed, kept or set aside.
     stem : name of the files without suffix, :func:`stem_of` when left out.

@@ -9,11 +9,11 @@ from typing import NamedTuple
 from rodatlas.atlas.slices.cache import BranchCache, MemoryCache
 from rodatlas.atlas.slices.coexisting import solve_state
 from rodatlas.atlas.slices.compute import compute_slice
-from rodatlas.atlas.slices.follow import Progress
 from rodatlas.atlas.slices.obtain import stored_slice
 from rodatlas.atlas.slices.result import Slice
 from rodatlas.atlas.slices.settings import SliceSettings
 from rodatlas.continuation import Solution
+from rodatlas.progress import Progress, tells
 from rodatlas.rods.ends import Ends
 from rodatlas.rods.symmetry import pair_member, reverse
 from rodatlas.states.discover import find_states
@@ -48,6 +48,7 @@ class Reached(NamedTuple):
     source: str
 
 
+@tells("state")
 def reach(
     settings: SliceSettings, name: str, shear: float, cache: BranchCache | None = None,
     progress: Progress | None = None, folder: Path | None = None,

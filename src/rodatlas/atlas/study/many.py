@@ -11,18 +11,20 @@ from rodatlas.atlas.slices.result import Slice
 from rodatlas.atlas.slices.settings import SliceSettings
 from rodatlas.atlas.stored import peek
 from rodatlas.atlas.study.coordinator import Coordinator
-from rodatlas.atlas.study.kinds.base import Progress
 from rodatlas.atlas.study.kinds.slices import SLICE
 from rodatlas.atlas.study.local import LocalExecutor
 from rodatlas.atlas.study.outcome import Event
 from rodatlas.atlas.study.task import Task
 from rodatlas.atlas.unfinished import Say, silent
+from rodatlas.failures import Failure
+from rodatlas.progress import Progress, tells
 
 
-class TasksFailed(ValueError):
+class TasksFailed(Failure):
     """Some results could not be computed; the message says which and why, in one line."""
 
 
+@tells("slices")
 def obtain_slices(
     settings: Sequence[SliceSettings], folder: Path, workers: int = 2, progress: Progress | None = None, *,
     fresh: bool = False, say: Say = silent,
@@ -39,7 +41,8 @@ def obtain_slices(
     settings : of the slices, any order; repetitions are computed once.
     folder : an existing one.
     workers : number of processes.
-    progress : called as the work goes on, with (what is being done, slices finished, slices left).
+    progress : called as the work goes on, with (what is being done, slices finished, slices left); by default a line
+        in a terminal or notebook, `rodatlas.progress.silent` for none.
     fresh : compute everything again.
     say : told what is read, resumed, tried again or damaged.
 

@@ -8,12 +8,10 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Protocol
 
 from rodatlas.files import digest
+from rodatlas.progress import Progress
 
 if TYPE_CHECKING:
     import h5py
-
-Progress = Callable[[str, int, int], None]
-"""Called with (what is being done, parts finished, parts known to be left)."""
 
 
 class Settings(Protocol):
