@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import sys
 from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -11,7 +10,7 @@ from typing import TYPE_CHECKING
 from rich.console import Console
 from rich.table import Table
 
-from rodatlas.cli.common import json_target, note, number, progress_bar, writable_folder
+from rodatlas.cli.common import json_target, note, number, progress_bar, put_json, whole_number, writable_folder
 from rodatlas.cli.tables import say_table
 
 if TYPE_CHECKING:
@@ -19,41 +18,29 @@ if TYPE_CHECKING:
 
 
 def run(
-    numbers: Sequence[str], angle_max: str, compression: str, poisson: str, tol: str, out: str, json_to: str,
-    fresh: bool,
+    numbers: Sequence[str], angle_max: str, compression: str, poisson: str, tol: str, out: str,
+    json_to: str | None, fresh: bool,
 ) -> None:  # fmt: skip
     """The command; texts come as typed and are checked here."""
     from rodatlas.atlas.loci.compute import check_numbers
     from rodatlas.atlas.loci.obtain import obtain_loci
     from rodatlas.atlas.loci.result import LociSettings
 
-    wanted = tuple(_whole(text) for text in numbers)
+    wanted = tuple(whole_number("number", text) for text in numbers)
     check_numbers(wanted)
     settings = LociSettings(
         number("compression", compression), number("poisson", poisson), number("angle-max", angle_max),
         number("tol", tol),
     )  # fmt: skip
-    folder = writable_folder(out)
     json_file = json_target(json_to)
+    folder = writable_folder(out)
     with progress_bar("loci") as report:
         found = obtain_loci(settings, folder, wanted, report, fresh=fresh, say=note)
         report("figures", len(found.curves), 0)
         files = _files(found, wanted, folder)
     text = json.dumps(found.to_json(wanted), indent=1) + "\n"
     _say(found, wanted, files, Console(stderr=json_to == "-"))
-    if json_to == "-":
-        sys.stdout.write(text)
-    elif json_file is not None:
-        from rodatlas.atlas.slices.cache import write_text
-
-        write_text(json_file, text)
-
-
-def _whole(text: str) -> int:
-    try:
-        return int(text)
-    except ValueError:
-        raise ValueError(f"number: expected a whole number, got '{text}'") from None
+    put_json(text, json_to, json_file)
 
 
 def _files(found: Loci, wanted: tuple[int, ...], folder: Path) -> list[Path]:

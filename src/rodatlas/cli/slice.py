@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 import json
-import sys
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from rich.console import Console
 from rich.table import Table
 
-from rodatlas.cli.common import json_target, note, progress_bar, settings_from, writable_folder
+from rodatlas.cli.common import json_target, note, progress_bar, put_json, settings_from, writable_folder
 from rodatlas.cli.overlay import compare_overlay, read_overlay
 from rodatlas.cli.tables import say_table
 
@@ -18,12 +17,15 @@ if TYPE_CHECKING:
     from rodatlas.atlas import Slice
 
 
-def run(setting: tuple[str, ...], out: str, json_to: str, fresh: bool, overlay: str = "", band: str = "") -> None:
+def run(
+    setting: tuple[str, str, str, str, str | None, str | None, str], out: str, json_to: str | None, fresh: bool,
+    overlay: str | None, band: str | None,
+) -> None:  # fmt: skip
     """The command; texts come as typed and are checked here, those of `setting` by `settings_from`."""
     settings = settings_from(*setting)
     measured = read_overlay(overlay, band, settings)
-    folder = writable_folder(out)
     json_file = json_target(json_to)
+    folder = writable_folder(out)
     from rodatlas.atlas.slices.cache import write_text
     from rodatlas.atlas.slices.obtain import obtain_slice, stem_of
 
@@ -45,10 +47,7 @@ def run(setting: tuple[str, ...], out: str, json_to: str, fresh: bool, overlay: 
         f"{len(found.branches)} branches, computed in {found.seconds:.1f} s; files: {', '.join(map(str, files))}",
         highlight=False, soft_wrap=True,
     )  # fmt: skip
-    if json_to == "-":
-        sys.stdout.write(text)
-    elif json_file is not None:
-        write_text(json_file, text)
+    put_json(text, json_to, json_file)
 
 
 def _figures(found: Slice, folder: Path, stem: str) -> list[Path]:

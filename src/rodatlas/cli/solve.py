@@ -9,7 +9,7 @@ import numpy as np
 from rich.console import Console
 from rich.table import Table
 
-from rodatlas.cli.common import number, progress_bar, settings_from, writable_folder
+from rodatlas.cli.common import file_target, note, number, progress_bar, settings_from, shown
 from rodatlas.cli.tables import say_table
 from rodatlas.rods.ends import Ends
 
@@ -17,20 +17,25 @@ if TYPE_CHECKING:
     from rodatlas.continuation import Solution
 
 
-def run(angle: str, shear: str, state: str, out: str, compression: str, poisson: str, tol: str, folder: str) -> None:
+def run(
+    angle: str, shear: str, state: str, out: str | None, compression: str, poisson: str, tol: str, folder: str | None
+) -> None:
     """The command; texts come as typed and are checked here."""
     value = number("shear", shear)
     settings = settings_from(angle, compression, poisson, tol)
     Ends(settings.angle_deg, settings.compression, value)
-    path = _target(out or f"out/{state}-{settings.angle_deg:g}-dD{value:g}.h5")
     from rodatlas.atlas.slices.reach import reach, split_name
     from rodatlas.plot.exports import solution_table, write_csv
 
     split_name(state)
-    if folder and not Path(folder).is_dir():
-        raise ValueError(f"from: expected a folder with a slice, got '{folder}'")
+    if folder is not None and not _has_slice(folder):
+        raise ValueError(f"from: expected a folder with a slice, got '{shown(folder)}'")
+    path = _target(f"out/{state}-{settings.angle_deg:g}-dD{value:g}.h5" if out is None else out)
     with progress_bar(f"{state} at {settings.angle_deg:g} deg, shear {value:g}") as report:
         solution, source = reach(settings, state, value, progress=report, folder=Path(folder or "out"))
+    if folder is not None and source != "stored slice":
+        note(f"{folder} has no slice of these settings with the state; it comes from a {source}")
+    path.parent.mkdir(parents=True, exist_ok=True)
     solution.save(path)
     table = path.with_suffix(".csv")
     write_csv(table, *solution_table(solution), bare=True)
@@ -41,11 +46,16 @@ def run(angle: str, shear: str, state: str, out: str, compression: str, poisson:
 
 def _target(text: str) -> Path:
     """The HDF5 file, checked before any work is done."""
-    path = Path(text)
-    if not text.strip() or path.is_dir():
-        raise ValueError(f"out: expected a file name, got {f'the folder {text!r}' if text.strip() else repr(text)}")
-    writable_folder(str(path.parent))
+    path = file_target(text)
     return path.with_suffix(".h5")
+
+
+def _has_slice(folder: str) -> bool:
+    """Whether a folder is there and holds any slice."""
+    try:
+        return any(Path(folder).glob("slice*.h5"))
+    except (OSError, ValueError):
+        return False
 
 
 def _table(name: str, solution: Solution, source: str) -> Table:

@@ -3,13 +3,22 @@
 from __future__ import annotations
 
 import json
-import sys
 from typing import TYPE_CHECKING
 
 from rich.console import Console
 from rich.table import Table
 
-from rodatlas.cli.common import json_target, number, progress_bar
+from rodatlas.cli.common import (
+    DEFLATIONS,
+    STARTS,
+    WORKERS,
+    json_target,
+    number,
+    progress_bar,
+    put_json,
+    shown,
+    whole_number,
+)
 from rodatlas.cli.tables import say_table
 
 if TYPE_CHECKING:
@@ -17,8 +26,8 @@ if TYPE_CHECKING:
 
 
 def run(
-    angle: str, shear: str, compression: str, poisson: str, classes: str, starts: str, stable_only: bool, wound: bool,
-    deflate: str, threads: str, json_to: str,
+    angle: str, shear: str, compression: str, poisson: str, classes: str, starts: str | None, stable_only: bool,
+    wound: bool, deflate: str | None, threads: str | None, json_to: str | None,
 ) -> None:  # fmt: skip
     """The command; texts come as typed and are checked here."""
     from rodatlas.rods.band import check_poisson
@@ -28,10 +37,10 @@ def run(
     ends = Ends(number("angle", angle), number("compression", compression), number("shear", shear))
     ratio = check_poisson(number("poisson", poisson))
     if classes not in CLASSES:
-        raise ValueError(f"class: expected +, - or both, got '{classes}'")
-    count = _count("starts", starts) if starts else None
-    attempts = _count("deflate", deflate) if deflate else 0
-    workers = _count("threads", threads) if threads else None
+        raise ValueError(f"class: expected +, - or both, got '{shown(classes)}'")
+    count = whole_number("starts", starts, STARTS) if starts is not None else None
+    attempts = whole_number("deflate", deflate, DEFLATIONS) if deflate is not None else 0
+    workers = whole_number("threads", threads, WORKERS) if threads is not None else None
     json_file = json_target(json_to)
     with progress_bar(f"states at {ends.angle_deg:g} deg, shear {ends.shear:g}") as report:
         found = find_states(ends, ratio, classes, count, stable_only=stable_only, wound=wound, deflate=attempts,
@@ -40,16 +49,7 @@ def run(
     console = Console(stderr=json_to == "-")
     say_table(console, _table(found))
     console.print(_summary(found), highlight=False, soft_wrap=True)
-    if json_to == "-":
-        sys.stdout.write(text)
-    elif json_file is not None:
-        json_file.write_text(text)
-
-
-def _count(field: str, text: str) -> int:
-    if not text.isdecimal() or int(text) < 1:
-        raise ValueError(f"{field}: expected a whole number of at least 1, got '{text}'")
-    return int(text)
+    put_json(text, json_to, json_file)
 
 
 def _table(found: Discovery) -> Table:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-import sys
+import re
 import time
 from collections import Counter
 from collections.abc import Iterator
@@ -15,43 +15,37 @@ from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TaskID, TextColumn, TimeElapsedColumn
 from rich.table import Table
 
-from rodatlas.cli.common import json_target, note, writable_folder
+from rodatlas.cli.common import WORKERS, json_target, note, put_json, shown, whole_number, writable_folder
 from rodatlas.cli.tables import say_table
 
 if TYPE_CHECKING:
     from rodatlas.atlas.study import Event, Study, StudyResult
     from rodatlas.atlas.study.outcome import Listener
 
+ADDRESS = re.compile(r"[a-z]+://\S+:\d{1,5}")
 ROWS = 60  # of the table at the end; the rest is what `rodatlas show` is for
 
 
-def run(file: str, out: str, workers: str, scheduler: str, dry_run: bool, json_to: str) -> int:
+def run(
+    file: str, out: str, workers: str | None, scheduler: str | None, dry_run: bool, json_to: str | None
+) -> int:
     """The command; texts come as typed and are checked here. The exit code: 1 when a result is missing."""
     from rodatlas.atlas.study import Study
 
-    count = _count(workers) if workers else None
+    count = whole_number("workers", workers, WORKERS) if workers is not None else None
     json_file = json_target(json_to)
-    if scheduler and "://" not in scheduler:
-        raise ValueError(f"scheduler: expected an address such as tcp://host:8786, got '{scheduler}'")
+    if scheduler is not None and not ADDRESS.fullmatch(scheduler):
+        raise ValueError(f"scheduler: expected an address such as tcp://host:8786, got '{shown(scheduler)}'")
+    if scheduler is not None and count is not None:
+        raise ValueError(f"workers: expected no --workers beside --scheduler, which has its own, got {count}")
     study = Study.load(file)
     console = Console(stderr=json_to == "-")
     if dry_run:
         text = _dry_run(study, Path(out), console)
     else:
-        text, failed = _run(study, out, count, scheduler, console)
-    if json_to == "-":
-        sys.stdout.write(text)
-    elif json_file is not None:
-        from rodatlas.atlas.slices.cache import write_text
-
-        write_text(json_file, text)
+        text, failed = _run(study, out, count, scheduler or "", console)
+    put_json(text, json_to, json_file)
     return 1 if not dry_run and failed else 0
-
-
-def _count(text: str) -> int:
-    if not text.isdecimal() or int(text) < 1:
-        raise ValueError(f"workers: expected a whole number of at least 1, got '{text}'")
-    return int(text)
 
 
 def _run(study: Study, out: str, workers: int | None, scheduler: str, console: Console) -> tuple[str, int]:
