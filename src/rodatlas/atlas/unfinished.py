@@ -133,7 +133,7 @@ def settings_in(folder: Path) -> dict[str, object] | None:
     """What the curves in a folder belong to; None when it holds none, or the record of it is damaged."""
     try:
         found = json.loads((folder / SETTINGS).read_text(encoding="utf-8"))
-    except (OSError, ValueError):
+    except (OSError, ValueError, RecursionError):
         return None
     return found if isinstance(found, dict) else None
 

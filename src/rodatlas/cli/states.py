@@ -2,14 +2,22 @@
 
 from __future__ import annotations
 
-import json
-import sys
 from typing import TYPE_CHECKING
 
 from rich.console import Console
 from rich.table import Table
 
-from rodatlas.cli.common import json_target, number, progress_bar
+from rodatlas import __version__
+from rodatlas.cli.common import (
+    DEFLATIONS,
+    STARTS,
+    WORKERS,
+    number,
+    progress_bar,
+    shown,
+    whole_number,
+)
+from rodatlas.cli.output import JsonTarget, json_text
 from rodatlas.cli.tables import say_table
 
 if TYPE_CHECKING:
@@ -17,39 +25,35 @@ if TYPE_CHECKING:
 
 
 def run(
-    angle: str, shear: str, compression: str, poisson: str, classes: str, starts: str, stable_only: bool, wound: bool,
-    deflate: str, threads: str, json_to: str,
+    angle: str, shear: str, compression: str, poisson: str, classes: str, starts: str | None, stable_only: bool,
+    wound: bool, deflate: str | None, threads: str | None, json_to: JsonTarget,
 ) -> None:  # fmt: skip
     """The command; texts come as typed and are checked here."""
     from rodatlas.rods.band import check_poisson
     from rodatlas.rods.ends import Ends
     from rodatlas.states.discover import CLASSES, find_states
+    from rodatlas.states.store import ALGORITHM
 
     ends = Ends(number("angle", angle), number("compression", compression), number("shear", shear))
     ratio = check_poisson(number("poisson", poisson))
     if classes not in CLASSES:
-        raise ValueError(f"class: expected +, - or both, got '{classes}'")
-    count = _count("starts", starts) if starts else None
-    attempts = _count("deflate", deflate) if deflate else 0
-    workers = _count("threads", threads) if threads else None
-    json_file = json_target(json_to)
+        raise ValueError(f"class: expected +, - or both, got '{shown(classes)}'")
+    count = whole_number("starts", starts, STARTS) if starts is not None else None
+    attempts = whole_number("deflate", deflate, DEFLATIONS) if deflate is not None else 0
+    workers = whole_number("threads", threads, WORKERS) if threads is not None else None
+    identity = {
+        "rodatlas": __version__, "algorithm": ALGORITHM, "angle_deg": ends.angle_deg, "compression": ends.compression,
+        "shear": ends.shear, "poisson": ratio, "classes": classes, "starts": count or 0, "stable_only": stable_only,
+        "wound": wound, "deflate": attempts,
+    }  # fmt: skip
+    json_to.expect(identity)
     with progress_bar(f"states at {ends.angle_deg:g} deg, shear {ends.shear:g}") as report:
         found = find_states(ends, ratio, classes, count, stable_only=stable_only, wound=wound, deflate=attempts,
                             threads=workers, progress=report)  # fmt: skip
-    text = json.dumps(found.to_json(), indent=1) + "\n"
-    console = Console(stderr=json_to == "-")
+    console = Console(stderr=json_to.on_stdout)
     say_table(console, _table(found))
     console.print(_summary(found), highlight=False, soft_wrap=True)
-    if json_to == "-":
-        sys.stdout.write(text)
-    elif json_file is not None:
-        json_file.write_text(text)
-
-
-def _count(field: str, text: str) -> int:
-    if not text.isdecimal() or int(text) < 1:
-        raise ValueError(f"{field}: expected a whole number of at least 1, got '{text}'")
-    return int(text)
+    json_to.write(json_text(found.to_json(), identity), identity)
 
 
 def _table(found: Discovery) -> Table:

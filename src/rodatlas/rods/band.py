@@ -5,12 +5,17 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
+LENGTHS = (1e-6, 1e9)  # of a band, in any unit: in mm from a nanometer to a thousand kilometers
+THINNEST = 1e-9  # thickness over length
+EDGE = 1e-6  # how near a compression may come to 0 and to 1: nearer, round-off decides the clamps
+WIDEST = 1.0  # width over length
+
 
 def check_number(field: str, value: object, low: float, high: float, what: str) -> float:
     """A finite float in [low, high], or a ValueError that names the field, what was expected and what came."""
     try:
         number = math.nan if isinstance(value, str) else float(value)  # type: ignore[arg-type]
-    except (TypeError, ValueError):
+    except (TypeError, ValueError, OverflowError):
         number = math.nan
     if not (math.isfinite(number) and low <= number <= high):
         raise ValueError(f"{field}: expected {what}, got {repr(value) if isinstance(value, str) else value}")
@@ -27,15 +32,34 @@ def check_poisson(value: object) -> float:
     return check_number("poisson", value, math.nextafter(-1.0, 0.0), 0.5, "a number with -1 < nu <= 0.5")
 
 
+def check_compression(value: object) -> float:
+    """Compression dL, between 0 and 1."""
+    what = f"a number between 0 and 1 (from {EDGE:g} to {1.0 - EDGE:g})"
+    return check_number("compression", value, EDGE, 1.0 - EDGE, what)
+
+
+def number_from_text(text: str) -> float:
+    """A number as everybody writes it: not 1_000, nor digits of other scripts, both of which Python reads.
+
+    Raises
+    ------
+    ValueError
+        without a message of its own.
+    """
+    if not text.isascii() or "_" in text:
+        raise ValueError
+    return float(text)
+
+
 def ratio_from_text(text: str, field: str = "width") -> float:
     """Width over length from '1/80' or '0.0125'."""
-    what = "the width over the length, such as 1/80 or 0.0125"
+    what = f"the width over the length, at most {WIDEST:g}, such as 1/80 or 0.0125"
     top, bar, bottom = text.partition("/")
     try:
-        value = float(top) / (float(bottom) if bar else 1.0)
+        value = number_from_text(top) / (number_from_text(bottom) if bar else 1.0)
     except (ValueError, ZeroDivisionError):
         raise ValueError(f"{field}: expected {what}, got '{text}'") from None
-    return check_between(field, value, 0.0, 10.0, what)
+    return check_number(field, value, THINNEST, WIDEST, what)
 
 
 @dataclass(frozen=True)
@@ -44,7 +68,8 @@ class Band:
 
     Attributes
     ----------
-    length, width, thickness : in one unit of length, any; only their ratios enter.
+    length, width, thickness : in one unit of length, any; only their ratios enter. The thickness is at most the width,
+        and the width at most the length.
     poisson : Poisson's ratio.
 
     Notes
@@ -58,8 +83,12 @@ class Band:
     poisson: float = 0.25
 
     def __post_init__(self) -> None:
-        for field in ("length", "width", "thickness"):
-            check_between(f"band {field}", getattr(self, field), 0.0, math.inf, "a positive length")
+        least, most = LENGTHS
+        check_number("band length", self.length, least, most, f"a positive length from {least:g} to {most:g}")
+        widest, thinnest = WIDEST * self.length, THINNEST * self.length
+        for field, high, of in (("width", widest, "length"), ("thickness", self.width, "width")):
+            what = f"a positive length from {thinnest:g} to the {of}, {high:g}"
+            check_number(f"band {field}", getattr(self, field), thinnest, high, what)
         check_poisson(self.poisson)
 
     @property
@@ -72,7 +101,7 @@ class Band:
         """A band from '240x3x0.127': length, width and thickness."""
         parts = text.lower().replace("×", "x").removesuffix("mm").split("x")
         try:
-            length, width, thickness = (float(part) for part in parts)
+            length, width, thickness = (number_from_text(part) for part in parts)
         except ValueError:
             what = "LENGTHxWIDTHxTHICKNESS in mm such as 240x3x0.127"
             raise ValueError(f"{field}: expected {what}, got '{text}'") from None

@@ -133,10 +133,7 @@ def band_report(
     ValueError
         when the branch of U does not reach so far at this setting, or the clamps' error exceeds the length.
     """
-    check_number(
-        "displacement error", errors.displacement, 0.0, units.band.length,
-        f"a length in mm from 0 to that of the band, {units.band.length:g}",
-    )  # fmt: skip
+    check_errors(units, errors)
     tell = progress or silent
     ends = [Ends(angle_deg, units.compression, shear) for shear in (0.0, PART * units.limit)]
     states = []
@@ -147,6 +144,13 @@ def band_report(
     checks = tuple(_check(s, units) for s in states)
     shear, slopes = _first_bifurcation(states[0], units)
     return BandReport(units, errors, angle_deg, checks, shear, slopes)
+
+
+def check_errors(units: BandUnits, errors: ClampErrors) -> None:
+    """ValueError where the clamps' displacement is less certain than the length of the band."""
+    longest = units.band.length
+    what = f"a length in mm from 0 to that of the band, {longest:g}"
+    check_number("displacement error", errors.displacement, 0.0, longest, what)
 
 
 def _check(solution: Solution, units: BandUnits) -> WidthCheck:

@@ -19,6 +19,7 @@ from rodatlas.rods.symmetry import pair_member, reverse
 from rodatlas.states.discover import find_states
 from rodatlas.states.names import NAMES
 
+SIGNS = ("", "+", "-", "+-")  # that may follow the name of a pair
 STARTS = 512  # of the search for one state; named states attract one band in a hundred at least
 
 
@@ -34,6 +35,8 @@ def split_name(text: str) -> tuple[str, str]:
     for name in NAMES:
         if bare == name.rstrip("+-") and (name.endswith("+-") or text == name):
             sign = text[len(bare) :]
+            if sign not in SIGNS:
+                break
             if name.endswith("+-"):
                 return name, "-" if sign == "-" else "+"
             return name, ""

@@ -75,8 +75,13 @@ def list_folder(folder: Path, thorough: bool = False) -> Listing:
     ValueError
         when there is no such folder.
     """
-    if not folder.is_dir():
-        raise ValueError(f"folder: expected a folder with results, got '{folder}'")
+    try:
+        if not folder.is_dir():
+            raise ValueError("no folder")
+        next(folder.iterdir(), None)
+    except (OSError, ValueError) as error:
+        why = error.strerror if isinstance(error, OSError) else error
+        raise ValueError(f"folder: expected a folder with results, got '{folder}' ({why})") from None
     drop_leftovers(folder)
     known = read_catalogue(folder)
     entries = scan(folder, {} if thorough else known, thorough)
@@ -143,7 +148,9 @@ def _inspect_json(path: Path) -> Entry | None:
     try:
         data = json.loads(path.read_text())
         schema = data["schema"]
-    except (OSError, ValueError, KeyError, TypeError):
+    except (OSError, ValueError, KeyError, TypeError, RecursionError):
+        return None
+    if not isinstance(schema, str):
         return None
     kind = schema.removeprefix("rodatlas/").rpartition("/")[0]
     contents = f"{len(data['states'])} states" if isinstance(data.get("states"), list) else ""
@@ -161,9 +168,17 @@ def read_plan(folder: Path) -> dict[str, Any]:
     """What the last study in a folder has planned; empty without one."""
     try:
         plan = json.loads((folder / PLAN).read_text())
-        return plan if isinstance(plan, dict) else {}
-    except (OSError, ValueError):
+        return plan if isinstance(plan, dict) and all(map(_is_planned, plan.get("tasks", []))) else {}
+    except TypeError:
         return {}
+    except (OSError, ValueError, RecursionError):
+        return {}
+
+
+def _is_planned(task: Any) -> bool:
+    """Whether an entry of a plan is what a study writes."""
+    texts = isinstance(task, dict) and all(isinstance(task.get(name), str) for name in ("file", "kind"))
+    return texts and isinstance(task.get("settings"), dict)
 
 
 def _write_catalogue(folder: Path, entries: list[Entry]) -> None:

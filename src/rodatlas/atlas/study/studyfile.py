@@ -106,6 +106,10 @@ def read_study(path: Path) -> Study:
         raise ValueError(f"study: expected a file that can be read, got '{path}' ({error.strerror})") from None
     except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
         raise ValueError(f"{path.name}: expected TOML, got something else: {error}") from None
+    except RecursionError:
+        raise ValueError(f"{path.name}: expected TOML, got tables or lists in each other without end") from None
+    except ValueError as error:  # a name that the system does not take
+        raise ValueError(f"study: expected a file that can be read, got '{path}' ({error})") from None
     return parse_study(data, path.name, path.stem)
 
 
