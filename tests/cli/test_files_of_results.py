@@ -65,7 +65,8 @@ def place(tmp_path, monkeypatch):
     Path("b/a.csv").write_text("state,shear_min,shear_max\nU,0.0,0.015\n")
     for name, shear in (("one", 0.1), ("two", 0.2)):
         Path(f"{name}.toml").write_text(
-            f'name = "{name}"\n[[states]]\nangle = 15\nshear = {shear}\nstarts = 16\nclasses = "+"\nstable_only = true\n'
+            f'name = "{name}"\n[[states]]\nangle = 15\nshear = {shear}\nstarts = 16\nclasses = "+"\n'
+            "stable_only = true\n"
         )
     return tmp_path
 

@@ -63,13 +63,17 @@ def _figures(found: Slice, folder: Path, stem: str) -> list[Path]:
 
 
 def _table(found: Slice) -> Table:
-    """Stable states: name, range of shear, and what ends each."""
+    """Stable states: name, range of shear, what ends each, and where its band touches itself."""
+    from rodatlas.atlas.slices.contact import ranges_text
+
     table = Table(
         title=f"Stable states at angle {found.settings.angle_deg:g} deg, dL = {found.settings.compression:g}, "
         f"nu = {found.settings.poisson:g}"
     )
-    for name in ("state", "shear", "begins at", "ends at"):
-        table.add_column(name, no_wrap=True)
+    touching = any(s.contact for s in found.states)
+    for name in ("state", "shear", "begins at", "ends at", *(["touches itself"] if touching else [])):
+        table.add_column(name, no_wrap=name != "touches itself")
     for s in found.states:
-        table.add_row(s.name, f"{s.low.shear: .5f} to {s.high.shear:.5f}", s.low.text, s.high.text)
+        row = (s.name, f"{s.low.shear: .5f} to {s.high.shear:.5f}", s.low.text, s.high.text)
+        table.add_row(*row, *([ranges_text(s.contact)] if touching else []))
     return table

@@ -110,6 +110,7 @@ def _has_slice(folder: str) -> bool:
 
 
 def _table(name: str, solution: Solution, source: str) -> Table:
+    from rodatlas.rods.contact import places_text, self_contact, width_text
     from rodatlas.rods.stability import index_of
     from rodatlas.rods.state import RodState
 
@@ -129,6 +130,9 @@ def _table(name: str, solution: Solution, source: str) -> Table:
         ("estimated error", f"{solution.error:.1e} of each unknown's scale, {solution.intervals} intervals"),
         ("drift of first integrals", ", ".join(f"{k}: {v:.1e}" for k, v in drift.items())),
     ]  # fmt: skip
+    if contact := self_contact(solution):
+        where = f"a band {width_text(contact.width)} wide, at s = {places_text(contact)}"
+        rows.insert(7, ("touches itself", f"{where}; forces of contact are not modeled"))
     table = Table(show_header=False)
     for row in rows:
         table.add_row(*row)

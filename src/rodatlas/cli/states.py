@@ -57,8 +57,16 @@ def run(
 
 
 def _table(found: Discovery) -> Table:
-    table = Table(box=None, caption="index 0: stable; k1, tau: inflections; turns: int tau ds / 2 pi", padding=(0, 1))
-    for title in ("name", "class", "index", "energy", "height", "pair", "|N|", "turns", "k1", "tau", "met"):
+    from rodatlas.rods.band import NARROW
+    from rodatlas.rods.contact import places_text, width_text
+
+    touching = any(s.contact for s in found.states)
+    caption = "index 0: stable; k1, tau: inflections; turns: int tau ds / 2 pi"
+    if touching:
+        caption += f"; touches: arclengths at which a band {width_text(NARROW)} wide passes through itself"
+    table = Table(box=None, caption=caption, padding=(0, 1))
+    titles = ("name", "class", "index", "energy", "height", "pair", "|N|", "turns", "k1", "tau", "met")
+    for title in (*titles, *(["touches"] if touching else [])):
         table.add_column(title, justify="left" if title == "name" else "right", no_wrap=True)
     for state in found.states:
         plain = state.to_json()
@@ -67,6 +75,7 @@ def _table(found: Discovery) -> Table:
             f"{plain['energy']:.6f}", f"{plain['height']:.7f}", state.pair or "",
             f"{sum(x * x for x in plain['N0']) ** 0.5:.4g}", f"{state.turns:.2f}",
             str(plain["inflections"]["k1"]), str(plain["inflections"]["tau"]), str(state.count),
+            *([places_text(state.contact)] if touching else []),
         )  # fmt: skip
     return table
 

@@ -44,11 +44,13 @@ def draw_close_ups(panels: Sequence[Panel]) -> Figure:
     width = (TWO_COLUMN - LEFT - RIGHT - ACROSS) / 2
     with styled():
         fig = new_figure(TWO_COLUMN, inches)
+        touching = False
         for k, panel in enumerate(panels):
             row, column = divmod(k, 2)
             left, low = LEFT + column * (width + ACROSS), BOTTOM + (rows - 1 - row) * (ROW + BETWEEN)
             ax = fig.add_axes((left / TWO_COLUMN, low / inches, width / TWO_COLUMN, ROW / inches))
             drawn = draw_window(panel.slice, ax, panel.shears, panel.heights)
+            touching |= drawn.touching
             angle = panel.slice.settings.angle_deg
             ax.set_title(rf"({'abcdefghij'[k]})  $\psi_0={angle:.6g}^\circ$", loc="left", pad=4.0)
             ax.locator_params(nbins=5)
@@ -58,6 +60,6 @@ def draw_close_ups(panels: Sequence[Panel]) -> Figure:
                 ax.set_xlabel(SHEAR_LABEL)
         fig.text(0.13 / TWO_COLUMN, (BOTTOM + (inches - BOTTOM - TOP) / 2) / inches, HEIGHT_LABEL, rotation=90,
                  ha="center", va="center", fontsize=9.0)  # fmt: skip
-        draw_legend(fig, (1 - RIGHT / TWO_COLUMN, 1 - 0.02 / inches))
+        draw_legend(fig, (1 - RIGHT / TWO_COLUMN, 1 - 0.02 / inches), touching=touching)
         fig.draw_without_rendering()
     return fig

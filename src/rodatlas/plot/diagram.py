@@ -14,6 +14,8 @@ from rodatlas.plot.placement import to_points
 from rodatlas.plot.protocols import SliceLike, StateLike
 from rodatlas.plot.render import DISPLAY_WIDTH, draw_triad, render_band
 from rodatlas.plot.style import ONE_COLUMN, TWO_COLUMN, color_of, label_of, new_figure, styled
+from rodatlas.rods.band import NARROW
+from rodatlas.rods.contact import self_contact
 from rodatlas.rods.symmetry import plus_member
 
 if TYPE_CHECKING:
@@ -29,9 +31,9 @@ CAPTION = 13.0  # height of the line under or over a drawing, in points
 def draw_slice(slice_: SliceLike, ax: Axes | None = None) -> Axes:
     """Draw the bifurcation diagram of a slice.
 
-    Stable stretches are solid, in the color of their state; unstable ones thin and dashed. Folds are open disks,
-    pitchforks and other branch points filled ones, with the numbers of the literature where they have one. The two
-    members of a pair have the same height: one curve stands for both.
+    Stable stretches are solid, in the color of their state, and dotted where the band touches itself; unstable ones
+    are thin and dashed. Folds are open disks, pitchforks and other branch points filled ones, with the numbers of the
+    literature where they have one. The two members of a pair have the same height: one curve stands for both.
 
     Parameters
     ----------
@@ -47,7 +49,7 @@ def draw_slice(slice_: SliceLike, ax: Axes | None = None) -> Axes:
             fig = new_figure(0.5 * (ONE_COLUMN + TWO_COLUMN), 4.1)
             ax = fig.add_axes((0.115, 0.108, 0.87, 0.82))
         drawn = draw_curves(slice_, ax)
-        draw_heading(slice_.settings, ax)
+        draw_heading(slice_.settings, ax, drawn)
         label_events(drawn, ax)
         label_states(drawn, ax)
         settle = getattr(ax.figure, "draw_without_rendering", None)  # a subfigure has none
@@ -79,7 +81,7 @@ def draw_slice_figure(slice_: SliceLike, width: float = DISPLAY_WIDTH) -> Figure
         box = (LEFT / TWO_COLUMN, BOTTOM / inches, 1 - (LEFT + RIGHT) / TWO_COLUMN, 1 - (BOTTOM + TOP) / inches)
         ax = fig.add_axes(box)
         drawn = _draw_diagram(slice_, ax, strips)
-        draw_heading(slice_.settings, ax)
+        draw_heading(slice_.settings, ax, drawn)
         label_events(drawn, ax)
         shown = [_choices(ax, state) for state in states]
         layout = Layout(ax, drawn, strips, STRIP * 72.0)
@@ -165,11 +167,12 @@ def _caption(fig: Figure, ax: Axes, layout: Layout, one: Shown, slot: Slot, k: i
     start, place = layout.start(slot), one.places[k]
     page = np.array([fig.get_figwidth(), fig.get_figheight()]) * 72.0
     y = start[1] + (0.5 * CAPTION if slot.strip > 0 else -0.5 * CAPTION)
+    touching = ", touches itself" if self_contact(solution) else ""
     gap = 2.5
     common: dict[str, Any] = {"va": "center_baseline", "color": color, "zorder": 7}
     fig.text((start[0] - 12.0) / page[0], y / page[1], name, ha="right", fontsize=NAME_SIZE, **common)
     fig.text(
-        (start[0] - 12.0 + gap) / page[0], y / page[1], rf"  $\Delta D={solution['dD']:.3f}$", ha="left",
+        (start[0] - 12.0 + gap) / page[0], y / page[1], rf"  $\Delta D={solution['dD']:.3f}${touching}", ha="left",
         fontsize=NOTE_SIZE + 0.5, **common,
     )  # fmt: skip
     data = ax.transData.inverted().transform(np.array([start, place]) * fig.dpi / 72.0)
@@ -191,6 +194,8 @@ def _draw_notes(fig: Figure, layout: Layout, states: Sequence[StateLike], width:
     fraction = Fraction(width).limit_denominator(200)
     share = f"L/{fraction.denominator}" if fraction.numerator == 1 else f"{width:g}\\,L"
     note = f"Bands are drawn ${share}$ wide."
+    if any(s.contact for s in states):
+        note = f"A band $L/{1 / NARROW:.0f}$ wide touches itself where its line is dotted. {note}"
     if any(s.name.endswith("+-") for s in states):
         note = "Of a pair ±, the member + is drawn; − is its reversal. " + note
     right = 1.0 - RIGHT / TWO_COLUMN

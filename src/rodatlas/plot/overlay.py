@@ -63,7 +63,7 @@ def draw_overlay(slice_: Any, comparison: Any) -> Figure:
         low = fig.add_axes((across[0], BOTTOM / inches, across[1], bars / inches), sharex=top)
         drawn = draw_curves(slice_, top)
         _draw_along(slice_, comparison, labels, top, drawn)
-        draw_heading(slice_.settings, top)
+        draw_heading(slice_.settings, top, drawn)
         label_events(drawn, top)
         label_states(drawn, top)
         _draw_bars(groups, comparison, labels, low)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -16,6 +16,7 @@ from rodatlas.plot.style import (
     MARKER_SIZE,
     MARKERS,
     STABLE_WIDTH,
+    TOUCHING,
     UNSTABLE,
     UNSTABLE_DASHES,
     UNSTABLE_WIDTH,
@@ -24,12 +25,17 @@ from rodatlas.plot.style import (
 )
 
 if TYPE_CHECKING:
+    from matplotlib.artist import Artist
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
 NUMBER_SIZE, NAME_SIZE, NOTE_SIZE = 7.5, 9.0, 7.0
 NEAR_LIMIT = 0.08  # the limiting shear is shown when the range ends this near to it
 GUTTER = 0.012
+ROOMY = 6.0  # axes of so many inches have room for the whole legend beside the setting
+ROW: dict[str, Any] = {
+    "borderaxespad": 0.1, "handlelength": 1.7, "columnspacing": 1.0, "handletextpad": 0.35, "borderpad": 0.3,
+}  # fmt: skip
 SHEAR_LABEL = r"shear $\Delta D$  (units of $L$)"
 HEIGHT_LABEL = r"height $h=\int y\,\mathrm{d}s$  (units of $L$)"
 
@@ -41,6 +47,11 @@ class Drawn:
     stretches: list[Stretch]
     events: list[EventLike]
     obstacles: Obstacles
+
+    @property
+    def touching(self) -> bool:
+        """Whether some band touches itself."""
+        return any(s.touching for s in self.stretches)
 
 
 def draw_curves(slice_: SliceLike, ax: Axes, free: tuple[float, float] = (0.0, 0.0)) -> Drawn:
@@ -107,29 +118,42 @@ def shear_view(settings: SettingsLike) -> tuple[float, float, float | None]:
     return low, settings.shear_max + GUTTER, None
 
 
-def draw_heading(settings: SettingsLike, ax: Axes) -> None:
-    """The setting on the left and the legend on the right, above the axes."""
+def draw_heading(settings: SettingsLike, ax: Axes, drawn: Drawn) -> None:
+    """The setting on the left and the legend on the right, above the axes; its last entry below narrow ones."""
     setting = (
         rf"$\psi_0={settings.angle_deg:g}^\circ$,  $\Delta L={settings.compression:g}\,L$,  $\nu={settings.poisson:g}$"
     )
     ax.set_title(setting, loc="left", pad=5.0)
-    draw_legend(ax, (1.0, 1.0), "lower right")
+    narrow = ax.get_window_extent().width < ROOMY * ax.figure.dpi
+    if drawn.touching and narrow:
+        ax.add_artist(ax.legend(handles=_handles(True)[-1:], loc="upper right", bbox_to_anchor=(1.0, -0.07), **ROW))
+    draw_legend(ax, (1.0, 1.0), "lower right", touching=drawn.touching and not narrow)
 
 
-def draw_legend(of: Axes | Figure, corner: tuple[float, float], place: Any = "upper right") -> None:
-    """What lines and markers mean, in one row; `place` of the legend's box is put at the corner."""
+def draw_legend(
+    of: Axes | Figure, corner: tuple[float, float], place: Any = "upper right", *, touching: bool = False
+) -> None:
+    """What lines and markers mean, in one row; `place` of the legend's box is put at the corner.
+
+    Parameters
+    ----------
+    touching : whether some of the stable states touch themselves.
+    """
+    handles = _handles(touching)
+    of.legend(handles=handles, loc=place, bbox_to_anchor=corner, ncols=len(handles), **ROW)
+
+
+def _handles(touching: bool) -> list[Artist]:
+    """Samples of lines and markers."""
     from matplotlib.lines import Line2D
 
-    handles = [
+    return [
         Line2D([], [], color=INK, lw=STABLE_WIDTH, label="stable"),
         Line2D([], [], color=UNSTABLE, lw=UNSTABLE_WIDTH, dashes=UNSTABLE_DASHES, label="unstable"),
         Line2D([], [], label="fold", **MARKERS["fold"]),
         Line2D([], [], label="branch point", **MARKERS["branch point"]),
+        *([Line2D([], [], color=INK, label="stable, touches itself", **TOUCHING)] if touching else []),
     ]
-    of.legend(
-        handles=handles, loc=place, bbox_to_anchor=corner, ncols=4, borderaxespad=0.1, handlelength=1.7,
-        columnspacing=1.0, handletextpad=0.35, borderpad=0.3,
-    )  # fmt: skip
 
 
 def label_events(drawn: Drawn, ax: Axes) -> None:
@@ -161,7 +185,7 @@ def _nearer(center: np.ndarray, size: tuple[float, float], others: np.ndarray, o
 
 def label_states(drawn: Drawn, ax: Axes) -> None:
     """One name for each stretch of a stable state, beside the curve, the short stretches first."""
-    named = [(s, to_points(ax, s.xy)) for s in drawn.stretches if s.name]
+    named = [(s, to_points(ax, s.xy)) for s in _whole(drawn.stretches) if s.name]
     named = [(s, p) for s, p in named if np.hypot(*np.diff(p, axis=0).T).sum() > 1.0]
     for stretch, points in sorted(named, key=lambda pair: len(dense(pair[1]))):
         text = label_of(stretch.name or "")
@@ -170,6 +194,17 @@ def label_states(drawn: Drawn, ax: Axes) -> None:
         place, at = best_place(drawn.obstacles, size, places)
         _write(ax, anchors[at], place, text, NAME_SIZE, color_of(stretch.name), size, lead=14.0)
         drawn.obstacles.take(place, size)
+
+
+def _whole(stretches: list[Stretch]) -> list[Stretch]:
+    """The stretches with those of one state put together, whether its band touches itself or not."""
+    out: list[Stretch] = []
+    for s in stretches:
+        if out and (out[-1].name, out[-1].branch) == (s.name, s.branch) and np.array_equal(out[-1].xy[-1], s.xy[0]):
+            out[-1] = replace(s, xy=np.concatenate([out[-1].xy, s.xy[1:]]))
+        else:
+            out.append(s)
+    return out
 
 
 def _beside(points: np.ndarray, size: tuple[float, float]) -> tuple[list[tuple[np.ndarray, float]], list[np.ndarray]]:
@@ -205,10 +240,16 @@ def _write(
 
 
 def _draw_stretches(ax: Axes, stretches: list[Stretch]) -> None:
-    """Stable stretches solid, unstable ones dashed; of dashed curves on top of each other only the first is drawn,
-    since two patterns of dashes together look like a solid line."""
+    """Stable stretches solid, or dotted where the band touches itself, unstable ones dashed.
+
+    Of dashed curves on top of each other only the first is drawn: two patterns of dashes together look like a solid
+    line.
+    """
     drawn = np.empty((0, 2))
     for stretch in stretches:
+        if stretch.touching:
+            ax.plot(*stretch.xy.T, color=color_of(stretch.name), zorder=3, gid="touching", **TOUCHING)
+            continue
         if stretch.stable:
             ax.plot(*stretch.xy.T, color=color_of(stretch.name), lw=STABLE_WIDTH, zorder=3, gid="stable")
             continue

@@ -31,6 +31,8 @@ UNNAMED = "#4A4A4A"
 INK, UNSTABLE, FAINT = "#1A1A1A", "#6E6E6E", "#DADADA"
 STABLE_WIDTH, UNSTABLE_WIDTH = 1.7, 0.65
 UNSTABLE_DASHES = (4.5, 2.2)
+# a stable state whose band touches itself: dots in its color, of the width of a stable line
+TOUCHING: dict[str, Any] = {"ls": (0, (0.01, 1.75)), "dash_capstyle": "round", "lw": STABLE_WIDTH}
 # Disks of special points. A branch point is the smaller one, so that both are seen where they nearly coincide.
 MARKER_SIZE = 4.8
 MARKERS: dict[str, dict[str, Any]] = {

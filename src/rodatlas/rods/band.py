@@ -9,6 +9,8 @@ LENGTHS = (1e-6, 1e9)  # of a band, in any unit: in mm from a nanometer to a tho
 THINNEST = 1e-9  # thickness over length
 EDGE = 1e-6  # how near a compression may come to 0 and to 1: nearer, round-off decides the clamps
 WIDEST = 1.0  # width over length
+NARROW = 1.0 / 80.0
+"""Width over length of the narrow band of Yu and Hanna: that of drawings and of the test for self-contact."""
 
 
 def check_number(field: str, value: object, low: float, high: float, what: str) -> float:

@@ -4,9 +4,11 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any
 
 from rodatlas.continuation import Solution
+from rodatlas.rods.contact import Contact, self_contact
 from rodatlas.rods.ends import Ends
 from rodatlas.rods.state import RodState
 from rodatlas.states.winding import is_wound, twist
@@ -60,6 +62,11 @@ class FoundState:
         """Whether the band is wound up (:func:`rodatlas.states.single.is_wound`)."""
         return is_wound(self.solution, self.cls)
 
+    @cached_property
+    def contact(self) -> Contact | None:
+        """Where a band of width :data:`rodatlas.rods.band.NARROW` passes through itself, None where it does not."""
+        return self_contact(self.solution)
+
     def to_json(self) -> dict[str, Any]:
         """The state as in schema rodatlas/states/1; N0, M0 in body components at s = 0."""
         rod = RodState(self.solution)
@@ -69,7 +76,8 @@ class FoundState:
             "height": rod.height, "energy": rod.energy, "symmetric": self.pair is None, "pair": self.pair,
             "N0": rod.force[0].tolist(), "M0": rod.moment[0].tolist(), "inflections": rod.inflections,
             "twist": self.twist, "turns": self.turns, "wound": self.wound, "met": self.count,
-            "error": self.solution.error,
+            "error": self.solution.error, "contact": self.contact is not None,
+            "contact_at": list(self.contact.s) if self.contact else None,
         }  # fmt: skip
 
 

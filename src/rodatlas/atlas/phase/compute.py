@@ -18,6 +18,7 @@ from rodatlas.atlas.phase.regions import Face, assign, check_crossings, crossing
 from rodatlas.atlas.phase.result import Interval, PhaseDiagram
 from rodatlas.atlas.phase.settings import PhaseSettings
 from rodatlas.atlas.phase.story import told
+from rodatlas.atlas.slices.contact import contact_of_slices, contact_warnings
 from rodatlas.atlas.slices.result import Slice
 from rodatlas.progress import Progress, tells
 
@@ -76,7 +77,10 @@ def compute_phase(
             break
     edge = tuple(Interval(s.name, *s.shear) for s in known[0.0].states) if 0.0 in known else ()
     warnings = [f"loci: {w}" for w in loci.warnings]
-    warnings += [f"slice at {s.settings.angle_deg:g} deg: {w}" for s in ordered for w in s.warnings]
+    for s in ordered:
+        known_of = set(contact_warnings(s.states))  # told for all slices together
+        warnings += [f"slice at {s.settings.angle_deg:g} deg: {w}" for w in s.warnings if w not in known_of]
+    warnings += contact_of_slices(ordered)
     return PhaseDiagram(
         settings, drawn.lines, drawn.faces, edge, drawn.events, tuple(sorted(known)), drawn.completed,
         (*warnings, *drawn.warnings), time.perf_counter() - start,

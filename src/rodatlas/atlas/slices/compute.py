@@ -7,6 +7,7 @@ from dataclasses import replace
 from itertools import pairwise
 
 from rodatlas.atlas.slices.cache import BranchCache
+from rodatlas.atlas.slices.contact import contact_warnings, with_contact
 from rodatlas.atlas.slices.crosscheck import missed_states
 from rodatlas.atlas.slices.cuts import cut_segment
 from rodatlas.atlas.slices.follow import Followed, Frontier, Reference, follow_slice
@@ -54,7 +55,8 @@ def compute_slice(
         warnings += missing
     states = [state for segment, parts in named for state in _states(segment, parts, branches, settings)]
     warnings += missed_states(frontier.searches, states, settings)
-    states.sort(key=lambda s: ((*NAMES, OTHER).index(s.name), s.low.shear))
+    states = with_contact(sorted(states, key=lambda s: ((*NAMES, OTHER).index(s.name), s.low.shear)), settings)
+    warnings += contact_warnings(states)
     return Slice(settings, tuple(branches), tuple(states), tuple(warnings), time.perf_counter() - start)
 
 

@@ -97,6 +97,7 @@ class State:
     path : names of all parts of the stable segment that it belongs to, 'U-w' say.
     solutions : in order of increasing shear, both ends included.
     low, high : the ends.
+    contact : ranges of shear in which a band of width :data:`rodatlas.rods.band.NARROW` touches itself, in order.
     """
 
     name: str
@@ -106,6 +107,7 @@ class State:
     solutions: tuple[Solution, ...]
     low: StateEnd
     high: StateEnd
+    contact: tuple[tuple[float, float], ...] = ()
 
     @property
     def shear(self) -> tuple[float, float]:
@@ -195,7 +197,7 @@ class Slice:
             row: dict[str, Any] = {"name": s.name, "pair": s.pair, "branch": s.branch, "path": s.path}
             for side, end in (("low", s.low), ("high", s.high)):
                 row |= {f"{key}_{side}": value for key, value in _end_json(end).items()}
-            rows.append(row)
+            rows.append(row | {"contact": s.contact})
         return pd.DataFrame(rows)
 
     def to_json(self) -> dict[str, Any]:
@@ -224,6 +226,7 @@ def _state_json(state: State) -> dict[str, Any]:
         "shear": list(state.shear),
         "height": [state.low.height, state.high.height],
         "ends": [_end_json(e) for e in (state.low, state.high)],
+        "contact": [list(span) for span in state.contact],
     }
 
 

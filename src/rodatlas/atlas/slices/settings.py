@@ -10,7 +10,7 @@ from rodatlas import __version__
 from rodatlas.rods.band import bending_ratio, check_number, check_poisson, limiting_shear
 from rodatlas.rods.ends import Ends
 
-ALGORITHM = 5  # raised with every change of the program after which a slice holds something else
+ALGORITHM = 6  # raised with every change of the program after which a slice holds something else
 REFERENCE_ANGLE_DEG = 15.0
 REFERENCE_COMPRESSION = 0.5
 REFERENCE_POISSON = 0.25  # for the twisted states, whose existence depends on it
