@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import io
 import os
 import sys
 from contextlib import AbstractContextManager
@@ -113,6 +114,8 @@ def new_figure(width: float, height: float) -> Figure:
 def save_figure(fig: Figure | Axes, path: str | os.PathLike[str]) -> tuple[Path, Path]:
     """Write a figure as PNG (200 dpi) and as PDF, the same bytes for the same figure, and close it.
 
+    Each file appears at once: who reads meanwhile, or looks after a kill, finds the older one or the new one whole.
+
     Parameters
     ----------
     fig : the figure, or axes of it.
@@ -121,14 +124,22 @@ def save_figure(fig: Figure | Axes, path: str | os.PathLike[str]) -> tuple[Path,
     Returns
     -------
     the paths of the PNG and of the PDF.
+
+    Raises
+    ------
+    OSError
+        when a file cannot be written; an older one is untouched then.
     """
+    from rodatlas.files import replace_file
+
     figure: Any = fig.figure  # that of a figure is itself
     target = Path(path)
     stem = target.with_suffix("") if target.suffix.lower() in (".png", ".pdf") else target
-    png, pdf = (stem.parent / (stem.name + suffix) for suffix in (".png", ".pdf"))
+    png, pdf = io.BytesIO(), io.BytesIO()
     with styled():
-        figure.savefig(png, dpi=200, metadata={"Software": None})
-        figure.savefig(pdf, metadata={"CreationDate": None})
+        figure.savefig(png, format="png", dpi=200, metadata={"Software": None})
+        figure.savefig(pdf, format="pdf", metadata={"CreationDate": None})
     if "matplotlib.pyplot" in sys.modules:
         sys.modules["matplotlib.pyplot"].close(figure)
-    return png, pdf
+    one, two = (stem.parent / (stem.name + suffix) for suffix in (".png", ".pdf"))
+    return replace_file(one, png.getvalue()), replace_file(two, pdf.getvalue())
