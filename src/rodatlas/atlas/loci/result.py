@@ -16,9 +16,8 @@ from rodatlas.continuation import Locus, LocusEvent, LocusPoint, Solution
 from rodatlas.rods.band import check_number, limiting_shear
 
 if TYPE_CHECKING:
-    import pandas as pd
-
     from rodatlas.atlas.loci.events import PlaneEvent
+    from rodatlas.continuation.table import Table
 
 SCHEMA = "rodatlas/loci/1"
 ALGORITHM = 1  # raised with every change of the program after which loci hold something else
@@ -167,13 +166,13 @@ class Loci:
 
         return load_loci(path)
 
-    def to_frame(self) -> pd.DataFrame:
+    def to_frame(self) -> Table:
         """A table with one row for each special point of each numbered locus."""
-        import pandas as pd
+        from rodatlas.continuation.table import Table
 
         told = self.events()
         numbered = [p for p in self.pieces if p.number is not None]
-        return pd.DataFrame([{"number": p.number, **_event_json(e, told)} for p in numbered for e in p.events])
+        return Table([{"number": p.number, **_event_json(e, told)} for p in numbered for e in p.events])
 
     def to_json(self, numbers: Sequence[int] = ()) -> dict[str, Any]:
         """The object that `rodatlas loci --json` prints, for some numbers or all."""

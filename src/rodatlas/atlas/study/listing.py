@@ -14,7 +14,7 @@ from rodatlas.atlas.study.folder import PLAN, alone_in, failure_of
 from rodatlas.atlas.study.inspection import Entry, inspect_file, inspect_work
 
 if TYPE_CHECKING:
-    import pandas as pd
+    from rodatlas.continuation.table import Table
 
 SCHEMA = "rodatlas/show/1"
 
@@ -43,12 +43,12 @@ class Listing:
         kinds = dict.fromkeys(e.status for e in self.entries)
         return f"Listing({self.folder}: {', '.join(f'{self.count(k)} {k}' for k in kinds) or 'nothing'})"
 
-    def to_frame(self) -> pd.DataFrame:
+    def to_frame(self) -> Table:
         """One row for each entry; settings in columns of their own."""
-        import pandas as pd
+        from rodatlas.continuation.table import Table
 
         rows = [e.to_json() for e in self.entries]
-        return pd.DataFrame([{**{k: v for k, v in r.items() if k != "settings"}, **r["settings"]} for r in rows])
+        return Table([{**{k: v for k, v in r.items() if k != "settings"}, **r["settings"]} for r in rows])
 
     def to_json(self) -> dict[str, Any]:
         """Plain values for JSON."""
