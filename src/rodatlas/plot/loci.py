@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from rodatlas.continuation.checks import check_has
 from rodatlas.plot.style import INK, TWO_COLUMN, UNNAMED, new_figure, styled
 
 if TYPE_CHECKING:
@@ -45,6 +46,7 @@ def draw_loci(loci: Any, numbers: Sequence[int] = (), ax: Axes | None = None) ->
     -------
     the axes drawn on.
     """
+    check_has("loci", loci, ("settings", "pieces"), "Loci, see compute_loci and Loci.load")
     with styled():
         if ax is None:
             fig = new_figure(TWO_COLUMN, 4.6)
@@ -69,6 +71,7 @@ def draw_loci(loci: Any, numbers: Sequence[int] = (), ax: Axes | None = None) ->
 
 def draw_loci_figure(loci: Any, numbers: Sequence[int] = ()) -> Figure:
     """The same as a figure of its own."""
+    check_has("loci", loci, ("settings", "pieces"), "Loci, see compute_loci and Loci.load")
     return draw_loci(loci, numbers).figure  # type: ignore[return-value]
 
 

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from rodatlas.continuation.checks import check_has
 from rodatlas.plot.labels import label_lines
 from rodatlas.plot.loci import EVENTS, LINES, NAMES
 from rodatlas.plot.style import INK, TWO_COLUMN, UNNAMED, color_of, label_of, new_figure, styled
@@ -36,6 +37,7 @@ def draw_phase_figure(diagram: Any) -> Figure:
     ----------
     diagram : a :class:`rodatlas.atlas.PhaseDiagram`.
     """
+    check_has("diagram", diagram, ("settings", "faces", "names"), "a PhaseDiagram, see PhaseDiagram.load")
     frame = diagram.settings.frame
     shown = [close_up for close_up in CLOSE_UPS if _inside(close_up[0], frame)]
     with styled():
@@ -71,6 +73,7 @@ def draw_phase(
     -------
     the axes drawn on.
     """
+    check_has("diagram", diagram, ("settings", "faces", "names"), "a PhaseDiagram, see PhaseDiagram.load")
     from matplotlib.ticker import MaxNLocator
 
     frame = window or diagram.settings.frame
@@ -97,6 +100,7 @@ def draw_phase(
 
 def draw_phase_states(diagram: Any) -> Figure:
     """One panel for each state: where it is stable, and which loci bound that region."""
+    check_has("diagram", diagram, ("settings", "faces", "names"), "a PhaseDiagram, see PhaseDiagram.load")
     from matplotlib.ticker import MaxNLocator
 
     names = [n for n in PANEL_ORDER if n in diagram.names]

@@ -7,6 +7,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from rodatlas.continuation.checks import check_has
+
 if TYPE_CHECKING:
     from rodatlas.continuation import Solution
 
@@ -59,6 +61,7 @@ def band_surface(solution: Solution, width: float = NARROW, samples: int = 241) 
     width : w, in units of the length.
     samples : number of cross-sections, evenly spaced, at least 2.
     """
+    check_has("solution", solution, ("unknowns", "stages"), "a Solution such as state_at(Ends(15.0))")
     from rodatlas.rods.kinematics import directors
 
     if not width > 0:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
+from rodatlas.continuation.checks import check_type
 from rodatlas.rods.band import Band, check_between, limiting_shear
 
 STANDARD_GRAVITY = 9.80665  # m/s^2
@@ -36,6 +37,7 @@ class BandUnits:
     density: float | None = None
 
     def __post_init__(self) -> None:
+        check_type("band", self.band, Band, "a Band such as Band(240.0, 3.0, 0.127)")
         check_between("compression", self.compression, 0.0, 1.0, "a number between 0 and 1 (exclusive)")
         if self.young is not None:
             check_between("modulus", self.young, 0.0, math.inf, "a positive Young's modulus in GPa")

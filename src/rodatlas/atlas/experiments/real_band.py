@@ -9,6 +9,7 @@ import numpy as np
 
 from rodatlas.atlas.experiments.sensitivity import Sensitivity, sensitivity
 from rodatlas.continuation import MeshControl, Solution, Status, TraceOptions, trace
+from rodatlas.continuation.checks import check_type
 from rodatlas.rods.band import limiting_shear
 from rodatlas.rods.ends import Ends
 from rodatlas.rods.perfectly_anisotropic import rod_problem
@@ -124,6 +125,8 @@ def band_report(units: BandUnits, errors: ClampErrors, angle_deg: float = 15.0) 
     ValueError
         when the branch of U does not reach so far at this setting.
     """
+    check_type("units", units, BandUnits, "BandUnits such as BandUnits(Band(240.0, 3.0, 0.127))")
+    check_type("errors", errors, ClampErrors, "ClampErrors such as ClampErrors(1.0, 0.5)")
     ends = [Ends(angle_deg, units.compression, shear) for shear in (0.0, PART * units.limit)]
     states = [state_at(e, "U", units.band) for e in ends]
     checks = tuple(_check(s, units) for s in states)

@@ -14,6 +14,7 @@ from rodatlas.atlas.slices.follow import Progress
 from rodatlas.atlas.slices.obtain import Say, obtain_slice, stem_of
 from rodatlas.atlas.slices.result import Slice
 from rodatlas.atlas.slices.settings import SliceSettings
+from rodatlas.continuation.checks import as_path, check_type
 
 
 def loci_stem_of(settings: LociSettings) -> str:
@@ -33,6 +34,8 @@ def obtain_loci(
     Parameters as those of :func:`rodatlas.atlas.compute_loci` and of
     :func:`rodatlas.atlas.slices.obtain.obtain_slice`; `slice_stem` names the files of the slices.
     """
+    folder = as_path("folder", folder)
+    check_type("settings", settings, LociSettings, "LociSettings such as LociSettings()")
     say = say or (lambda line: None)
     data = folder / f"{stem or loci_stem_of(settings)}.h5"
     known = None if fresh else stored_loci(data, settings, tuple(numbers) or KNOWN)

@@ -13,7 +13,7 @@ from rodatlas import __version__
 from rodatlas.atlas.slices.settings import ALGORITHM as SLICES
 from rodatlas.atlas.slices.settings import SliceSettings, default_shear_max
 from rodatlas.continuation import Locus, LocusEvent, LocusPoint, Solution
-from rodatlas.rods.band import check_number, limiting_shear
+from rodatlas.rods.band import check_between, check_number, limiting_shear
 
 if TYPE_CHECKING:
     from rodatlas.atlas.loci.events import PlaneEvent
@@ -40,6 +40,7 @@ class LociSettings:
     tolerance: float = 1e-8
 
     def __post_init__(self) -> None:
+        check_between("compression", self.compression, 0.0, 1.0, "a number between 0 and 1 (exclusive)")
         check_number("angle-max", self.angle_max, 15.0, 89.999999, "degrees with 15 <= angle-max < 90")
         self.slice_at(15.0)  # checks the others
 

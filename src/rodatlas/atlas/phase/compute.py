@@ -20,6 +20,7 @@ from rodatlas.atlas.phase.settings import PhaseSettings
 from rodatlas.atlas.phase.story import told
 from rodatlas.atlas.slices.follow import Progress
 from rodatlas.atlas.slices.result import Slice
+from rodatlas.continuation.checks import check_type
 
 Slices = Callable[[Sequence[float]], Iterable[Slice]]
 """Gives the slices at some angles in degrees, in any order; they may be computed at the same time."""
@@ -54,6 +55,8 @@ def compute_phase(
     slices : gives slices with the settings `settings.slice_at(angle)`.
     given : angles of slices that cost nothing, used first.
     """
+    check_type("settings", settings, PhaseSettings, "PhaseSettings such as PhaseSettings()")
+    check_type("loci", loci, Loci, "Loci, see compute_loci and Loci.load")
     start = time.perf_counter()
     frame, events = settings.frame, loci.events()
     lines = locus_lines(loci.pieces, events)

@@ -18,6 +18,7 @@ from rodatlas.atlas.slices.obtain import Say
 from rodatlas.atlas.slices.result import Slice
 from rodatlas.atlas.slices.settings import REFERENCE_ANGLE_DEG
 from rodatlas.atlas.study.many import obtain_slices
+from rodatlas.continuation.checks import as_path, check_type
 
 SLICES = "phase-slices"  # folder of the slices, which reach further in shear than those of `rodatlas slice`
 
@@ -37,6 +38,8 @@ def obtain_phase(
     fresh : compute everything again.
     say : told what is read, resumed or kept.
     """
+    folder = as_path("folder", folder)
+    check_type("settings", settings, PhaseSettings, "PhaseSettings such as PhaseSettings()")
     data = folder / f"{phase_stem_of(settings)}.h5"
     known = None if fresh else stored_phase(data, settings)
     if known is not None:

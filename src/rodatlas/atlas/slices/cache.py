@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import Generic, Protocol, TypeVar
 
 from rodatlas.continuation import Branch, Solution
+from rodatlas.continuation.checks import as_path, check_has
 from rodatlas.continuation.store import atomic_hdf5, checked_hdf5, read_solutions, write_solutions
 
 SETTINGS = "settings.json"
@@ -91,6 +92,8 @@ class CurveFolder(Generic[AnyCurve]):
     """
 
     def __init__(self, folder: Path, settings: Identified, fresh: bool = False):
+        folder = as_path("folder", folder)
+        check_has("settings", settings, ("identity",), "SliceSettings such as SliceSettings(15.0)")
         self.folder = folder
         wanted = settings.identity()
         try:

@@ -12,6 +12,7 @@ from rodatlas.atlas.slices.result import Slice
 from rodatlas.atlas.slices.settings import SliceSettings
 from rodatlas.atlas.slices.store import stored_slice
 from rodatlas.continuation import Branch
+from rodatlas.continuation.checks import as_path, check_type
 
 Say = Callable[[str], None]
 """Told in one line what is read, resumed or kept."""
@@ -40,6 +41,8 @@ def obtain_slice(
     say : told what is read, resumed or kept.
     stem : name of the files without suffix, :func:`stem_of` when left out.
     """
+    folder = as_path("folder", folder)
+    check_type("settings", settings, SliceSettings, "SliceSettings such as SliceSettings(15.0)")
     say = say or (lambda line: None)
     data = folder / f"{stem or stem_of(settings)}.h5"
     known = None if fresh else stored_slice(data, settings)

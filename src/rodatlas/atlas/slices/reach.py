@@ -15,6 +15,7 @@ from rodatlas.atlas.slices.result import Slice
 from rodatlas.atlas.slices.settings import SliceSettings
 from rodatlas.atlas.slices.store import stored_slice
 from rodatlas.continuation import Solution
+from rodatlas.continuation.checks import check_type
 from rodatlas.rods.ends import Ends
 from rodatlas.rods.symmetry import pair_member, reverse
 from rodatlas.states.discover import find_states
@@ -68,6 +69,8 @@ def reach(
     ValueError
         when no stable state of that name exists there; the message says which ones do.
     """
+    check_type("settings", settings, SliceSettings, "SliceSettings such as SliceSettings(15.0)")
+    check_type("name", name, str, "the name of a state such as US+")
     wanted, sign = split_name(name)
     stored = stored_slice(folder / f"{stem_of(settings)}.h5", settings) if folder else None
     if stored is not None and (solution := _of_slice(stored, wanted, shear)) is not None:

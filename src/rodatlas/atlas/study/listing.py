@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any
 from rodatlas.atlas.study.catalogue import NAME, Catalogue, read_catalogue
 from rodatlas.atlas.study.folder import PLAN, alone_in, failure_of
 from rodatlas.atlas.study.inspection import Entry, inspect_file, inspect_work
+from rodatlas.continuation.checks import as_path
 
 if TYPE_CHECKING:
     from rodatlas.continuation.table import Table
@@ -73,6 +74,7 @@ def list_folder(folder: Path, thorough: bool = False) -> Listing:
     ValueError
         when there is no such folder.
     """
+    folder = as_path("folder", folder)
     if not folder.is_dir():
         raise ValueError(f"folder: expected a folder with results, got '{folder}'")
     known = read_catalogue(folder)

@@ -17,6 +17,7 @@ from rodatlas.atlas.study.kinds.slices import SLICE
 from rodatlas.atlas.study.local import LocalExecutor
 from rodatlas.atlas.study.outcome import Event
 from rodatlas.atlas.study.task import Task
+from rodatlas.continuation.checks import as_path, check_each
 from rodatlas.continuation.store import checked_hdf5
 
 
@@ -56,6 +57,8 @@ def obtain_slices(
     TasksFailed
         when slices could not be computed; all others are in their files.
     """
+    folder = as_path("folder", folder)
+    check_each("settings", settings, SliceSettings, "a sequence of SliceSettings")
     say = say or (lambda line: None)
     unique = list(dict.fromkeys(settings))
     shared = [stem for stem, count in Counter(stem_of(s) for s in unique).items() if count > 1]
