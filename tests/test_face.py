@@ -55,3 +55,11 @@ def test_a_name_like_no_other_gets_no_advice() -> None:
 def test_the_module_says_where_things_are() -> None:
     page = rodatlas.__doc__ or ""
     assert all(f"`rodatlas.{package}" in page for package in ("atlas", "states", "plot", "rods", "continuation"))
+
+
+def test_a_search_is_a_table_too() -> None:
+    found = rodatlas.find_states(rodatlas.Ends(30.0, shear=0.2), classes="+", starts=16, stable_only=True, threads=1)
+    table = found.to_frame()
+    assert len(table) == len(found.states) > 0
+    assert {"name", "class", "index", "energy", "height", "inflections_k1", "met"} <= set(table.columns)
+    assert table["energy"].tolist() == [s.solution["energy"] for s in found.states]

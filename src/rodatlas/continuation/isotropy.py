@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from rodatlas.continuation.checks import check_type
+from rodatlas.continuation.checks import check_has, check_type
 from rodatlas.continuation.collocation import Collocation, Scale, add, free_indices
 from rodatlas.continuation.linear import Columns
 from rodatlas.continuation.problem import BVP
@@ -115,7 +115,7 @@ def broken_at(bvp: BVP, special: SpecialPoint, among: Sequence[str] | None = Non
     At a multiple branch point it is the first of the other branches, `special.rays[2]`.
     """
     check_type("bvp", bvp, BVP, "a BVP")
-    check_type("special", special, SpecialPoint, "a special point of a branch")
+    check_has("special", special, ("rays", "solution"), "a special point of a branch")
     if len(special.rays) < 3:
         return ()
     found, scale = special.solution, special.scale or Scale.of(bvp, special.solution)

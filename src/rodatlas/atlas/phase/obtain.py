@@ -48,7 +48,7 @@ def obtain_phase(
         return known
     report = None if progress is None else _gathered(progress)
     inner = folder / SLICES
-    inner.mkdir(exist_ok=True)
+    inner.mkdir(parents=True, exist_ok=True)
     renewed: set[float] = set()
 
     def slices(angles: Sequence[float]) -> list[Slice]:
