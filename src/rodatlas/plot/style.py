@@ -9,6 +9,8 @@ from contextlib import AbstractContextManager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from rodatlas.continuation.checks import check_has, check_type
+
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
@@ -84,11 +86,13 @@ def base_name(name: str) -> str:
 
 def color_of(name: str | None) -> str:
     """Color of a named state or of a member of a pair; gray for one without a name."""
+    check_type("name", name, (str, type(None)), "the name of a state")
     return STATE_COLORS.get(base_name(name), UNNAMED) if name else UNNAMED
 
 
 def label_of(name: str) -> str:
     """A state's name as it is printed: 'US+-' as US±, 'US-' with a true minus sign."""
+    check_type("name", name, str, "the name of a state")
     if name.endswith("+-"):
         return name[:-2] + "±"
     return name[:-1] + "−" if name.endswith("-") else name
@@ -132,6 +136,7 @@ def save_figure(fig: Figure | Axes, path: str | os.PathLike[str]) -> tuple[Path,
     """
     from rodatlas.files import replace_file
 
+    check_has("fig", fig, ("figure",), "a figure or axes of matplotlib")
     figure: Any = fig.figure  # that of a figure is itself
     target = Path(path)
     stem = target.with_suffix("") if target.suffix.lower() in (".png", ".pdf") else target

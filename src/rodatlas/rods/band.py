@@ -143,6 +143,13 @@ def bending_ratio(poisson: float) -> float:
     return (1.0 + check_poisson(poisson)) / 2.0
 
 
+def check_setting(a: object, angle: object, compression: object) -> None:
+    """Raise ValueError unless a > 0, psi0 is finite (radians) and 0 < dL < 1."""
+    check_between("a", a, 0.0, math.inf, "a positive EI1/GJ")
+    check_number("angle", angle, -math.inf, math.inf, "a finite number of radians")
+    check_between("compression", compression, 0.0, 1.0, "a number between 0 and 1 (exclusive)")
+
+
 def limiting_shear(compression: float, aspect: float = 0.0) -> float:
     r"""Largest shear without stretching, :math:`\sqrt{1 + w^2 - (1-\Delta L)^2} - w` with w = D/L.
 
@@ -151,5 +158,12 @@ def limiting_shear(compression: float, aspect: float = 0.0) -> float:
     Parameters
     ----------
     compression : dL. aspect : w; 0 for a rod.
+
+    Raises
+    ------
+    ValueError
+        unless 0 <= dL <= 1 and w >= 0.
     """
+    check_number("compression", compression, 0.0, 1.0, "a number from 0 to 1")
+    check_number("aspect", aspect, 0.0, math.inf, "a number of at least 0")
     return math.sqrt(1.0 + aspect**2 - (1.0 - compression) ** 2) - aspect

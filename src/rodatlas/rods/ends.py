@@ -7,6 +7,8 @@ from dataclasses import dataclass
 
 from rodatlas.rods.band import check_between, check_compression, check_number, limiting_shear
 
+ENDS = "Ends such as Ends(15.0)"  # what errors say of arguments that are none
+
 
 @dataclass(frozen=True)
 class Ends:

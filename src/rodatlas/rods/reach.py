@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import math
+from numbers import Real
 
 from rodatlas.continuation import EndReason, MeshControl, Solution, TraceOptions, trace
+from rodatlas.continuation.checks import check_type
 from rodatlas.rods.band import Band, bending_ratio
-from rodatlas.rods.ends import Ends
+from rodatlas.rods.ends import ENDS, Ends
 from rodatlas.rods.perfectly_anisotropic import rod_problem
 from rodatlas.rods.planar import PLANAR, planar_states
 
@@ -29,6 +31,8 @@ def state_at(ends: Ends, family: str = "U", band: Band | float = 0.25, tolerance
     ValueError
         when the family does not exist at the angle, or its branch turns back before the shear.
     """
+    check_type("ends", ends, Ends, ENDS)
+    check_type("band", band, (Band, Real), "a Band, or Poisson's ratio")
     if family not in PLANAR:
         raise ValueError(f"family: expected one of {', '.join(PLANAR)}, got '{family}'")
     a = band.a if isinstance(band, Band) else bending_ratio(band)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
+from rodatlas.continuation.checks import check_type
 from rodatlas.rods.band import LENGTHS, Band, check_compression, check_number, limiting_shear
 
 STANDARD_GRAVITY = 9.80665  # m/s^2
@@ -38,6 +39,7 @@ class BandUnits:
     density: float | None = None
 
     def __post_init__(self) -> None:
+        check_type("band", self.band, Band, "a Band such as Band(240.0, 3.0, 0.127)")
         check_compression(self.compression)
         if self.young is not None:
             what = f"a positive Young's modulus in GPa, from {MODULI[0]:g} to {MODULI[1]:g}"

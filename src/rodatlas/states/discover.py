@@ -8,9 +8,10 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from rodatlas.continuation import MeshControl, NotConverged, Solution, TraceOptions, solve
+from rodatlas.continuation.checks import check_type
 from rodatlas.progress import Progress, tells
 from rodatlas.rods.band import bending_ratio, check_between
-from rodatlas.rods.ends import Ends
+from rodatlas.rods.ends import ENDS, Ends
 from rodatlas.rods.perfectly_anisotropic import rod_problem
 from rodatlas.rods.stability import index_of
 from rodatlas.rods.symmetry import is_symmetric, pair_member, reverse
@@ -101,6 +102,7 @@ def find_states(
     ValueError
         when an argument is out of range.
     """
+    check_type("ends", ends, Ends, ENDS)
     if classes not in CLASSES:
         raise ValueError(f"class: expected +, - or both, got '{classes}'")
     if deflate < 0:

@@ -26,6 +26,8 @@ from typing import NamedTuple
 import numpy as np
 
 from rodatlas.continuation import Solution
+from rodatlas.continuation.checks import check_each
+from rodatlas.rods.perfectly_anisotropic import check_rod
 from rodatlas.rods.state import RodState
 from rodatlas.rods.symmetry import is_twisted
 from rodatlas.states.winding import is_wound
@@ -46,6 +48,7 @@ class Part(NamedTuple):
 
 def middle_curvature(solution: Solution) -> float:
     """k1 at s = 1/2 [1/L]."""
+    check_rod(solution)
     return float(solution(0.5, "k1")[0])
 
 
@@ -58,6 +61,7 @@ def name_parts(solutions: Sequence[Solution], symmetric: bool, inverted: bool = 
     symmetric : whether they are reversal-symmetric.
     inverted : whether their branch is that of W.
     """
+    check_each("solutions", solutions, Solution, "a sequence of Solutions")
     last = len(solutions) - 1
     halfway = solutions[last // 2]
     height = np.array([s.observables["height"] for s in solutions])

@@ -5,13 +5,16 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from rodatlas.continuation import Solution
 from rodatlas.rods.contact import Contact, self_contact
 from rodatlas.rods.ends import Ends
 from rodatlas.rods.state import RodState
 from rodatlas.states.winding import is_wound, twist
+
+if TYPE_CHECKING:
+    from rodatlas.continuation.table import Table
 
 SCHEMA = "rodatlas/states/1"
 
@@ -133,3 +136,13 @@ class Discovery:
                 "dropped": self.dropped, "deflation": deflation,
             },
         }  # fmt: skip
+
+    def to_frame(self) -> Table:
+        """A table with one row for each state: what is in the JSON but for N0 and M0. Lengths in L."""
+        from rodatlas.continuation.table import Table
+
+        rows = []
+        for row in (state.to_json() for state in self.states):
+            inflections = {f"inflections_{name}": count for name, count in row.pop("inflections").items()}
+            rows.append({name: value for name, value in row.items() if name not in ("N0", "M0")} | inflections)
+        return Table(rows)

@@ -9,6 +9,7 @@ import numpy as np
 
 from rodatlas.atlas.experiments.sensitivity import Sensitivity, sensitivity
 from rodatlas.continuation import MeshControl, Solution, Status, TraceOptions, trace
+from rodatlas.continuation.checks import check_type
 from rodatlas.progress import Progress, silent, tells
 from rodatlas.rods.band import check_number, limiting_shear
 from rodatlas.rods.ends import Ends
@@ -133,6 +134,8 @@ def band_report(
     ValueError
         when the branch of U does not reach so far at this setting, or the clamps' error exceeds the length.
     """
+    check_type("units", units, BandUnits, "BandUnits such as BandUnits(Band(240.0, 3.0, 0.127))")
+    check_type("errors", errors, ClampErrors, "ClampErrors such as ClampErrors(1.0, 0.5)")
     check_errors(units, errors)
     tell = progress or silent
     ends = [Ends(angle_deg, units.compression, shear) for shear in (0.0, PART * units.limit)]

@@ -22,6 +22,7 @@ from rodatlas.continuation import (
     fold_locus_at,
     follow_locus,
 )
+from rodatlas.continuation.checks import check_has, check_type
 from rodatlas.progress import Progress, tells
 from rodatlas.rods.perfectly_anisotropic import rod_problem
 
@@ -52,6 +53,8 @@ def compute_loci(
         for none.
     cache : asked for every locus before it is followed, and given it afterwards.
     """
+    check_type("settings", settings, LociSettings, "LociSettings such as LociSettings()")
+    check_has("slice_of", slice_of, ("__call__",), "a function that gives the slice at an angle in degrees")
     check_numbers(numbers)
     cache = LocusCache() if cache is None else cache
     start = time.perf_counter()

@@ -15,6 +15,7 @@ from rodatlas.atlas.slices.result import Slice
 from rodatlas.atlas.slices.settings import SliceSettings
 from rodatlas.atlas.stored import peek, stored
 from rodatlas.atlas.unfinished import Say, silent
+from rodatlas.continuation.checks import as_path, check_type
 from rodatlas.files import claimed, exact
 from rodatlas.progress import Progress, tells
 
@@ -51,6 +52,8 @@ def obtain_loci(
     is waited for. Parameters as those of :func:`rodatlas.atlas.compute_loci` and of
     :func:`rodatlas.atlas.slices.obtain.obtain_slice`; `slice_stem` names the files of the slices.
     """
+    folder = as_path("folder", folder)
+    check_type("settings", settings, LociSettings, "LociSettings such as LociSettings()")
     wanted = _Wanted(settings, tuple(sorted(set(numbers or KNOWN))))
     data = folder / f"{stem or loci_stem_of(settings, numbers)}.h5"
     whole = folder / f"{loci_stem_of(settings)}.h5"

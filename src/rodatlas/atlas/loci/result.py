@@ -13,12 +13,11 @@ from rodatlas import __version__
 from rodatlas.atlas.slices.settings import ALGORITHM as SLICES
 from rodatlas.atlas.slices.settings import SliceSettings
 from rodatlas.continuation import Locus, LocusEvent, LocusPoint, Solution
-from rodatlas.rods.band import check_number, limiting_shear
+from rodatlas.rods.band import check_between, check_number, limiting_shear
 
 if TYPE_CHECKING:
-    import pandas as pd
-
     from rodatlas.atlas.loci.events import PlaneEvent
+    from rodatlas.continuation.table import Table
 
 SCHEMA = "rodatlas/loci/1"
 ALGORITHM = 1  # raised with every change of the program after which loci hold something else
@@ -43,6 +42,7 @@ class LociSettings:
     tolerance: float = 1e-8
 
     def __post_init__(self) -> None:
+        check_between("compression", self.compression, 0.0, 1.0, "a number between 0 and 1 (exclusive)")
         check_number("angle-max", self.angle_max, 15.0, 89.999999, "degrees with 15 <= angle-max < 90")
         self.slice_at(15.0)  # checks the others
 
@@ -177,13 +177,13 @@ class Loci:
 
         return load_loci(path)
 
-    def to_frame(self) -> pd.DataFrame:
+    def to_frame(self) -> Table:
         """A table with one row for each special point of each numbered locus."""
-        import pandas as pd
+        from rodatlas.continuation.table import Table
 
         told = self.events()
         numbered = [p for p in self.pieces if p.number is not None]
-        return pd.DataFrame([{"number": p.number, **_event_json(e, told)} for p in numbered for e in p.events])
+        return Table([{"number": p.number, **_event_json(e, told)} for p in numbered for e in p.events])
 
     def to_json(self, numbers: Sequence[int] = ()) -> dict[str, Any]:
         """The object that `rodatlas loci --json` prints, for some numbers or all."""

@@ -20,6 +20,7 @@ from rodatlas.atlas.phase.settings import PhaseSettings
 from rodatlas.atlas.phase.story import told
 from rodatlas.atlas.slices.contact import contact_of_slices, contact_warnings
 from rodatlas.atlas.slices.result import Slice
+from rodatlas.continuation.checks import check_type
 from rodatlas.progress import Progress, tells
 
 Slices = Callable[[Sequence[float]], Iterable[Slice]]
@@ -56,6 +57,8 @@ def compute_phase(
     slices : gives slices with the settings `settings.slice_at(angle)`.
     given : angles of slices that cost nothing, used first.
     """
+    check_type("settings", settings, PhaseSettings, "PhaseSettings such as PhaseSettings()")
+    check_type("loci", loci, Loci, "Loci, see compute_loci and Loci.load")
     start = time.perf_counter()
     frame, events = settings.frame, loci.events()
     lines = locus_lines(loci.pieces, events)

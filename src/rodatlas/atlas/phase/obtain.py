@@ -19,6 +19,7 @@ from rodatlas.atlas.slices.settings import REFERENCE_ANGLE_DEG
 from rodatlas.atlas.stored import stored
 from rodatlas.atlas.study.many import obtain_slices
 from rodatlas.atlas.unfinished import Say, silent
+from rodatlas.continuation.checks import as_path, check_type
 from rodatlas.files import claimed
 from rodatlas.progress import Progress, tells
 
@@ -43,6 +44,8 @@ def obtain_phase(
     fresh : compute everything again.
     say : told what is read, resumed or kept.
     """
+    folder = as_path("folder", folder)
+    check_type("settings", settings, PhaseSettings, "PhaseSettings such as PhaseSettings()")
     data = folder / f"{phase_stem_of(settings)}.h5"
     with claimed(data, say):
         known = None if fresh else stored(data, SCHEMA, settings, read_phase, say)
@@ -63,7 +66,7 @@ def _slices(
     settings: PhaseSettings, folder: Path, report: Progress | None, workers: int, fresh: bool, say: Say
 ) -> Callable[[Sequence[float]], list[Slice]]:
     """Gives slices at some angles from a folder, each computed once."""
-    folder.mkdir(exist_ok=True)
+    folder.mkdir(parents=True, exist_ok=True)
     renewed: set[float] = set()
 
     def slices(angles: Sequence[float]) -> list[Slice]:

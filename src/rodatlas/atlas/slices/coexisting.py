@@ -10,6 +10,7 @@ from rodatlas.atlas.slices.match import state_at_shear
 from rodatlas.atlas.slices.result import Slice, State
 from rodatlas.atlas.slices.settings import SliceSettings
 from rodatlas.continuation import Solution
+from rodatlas.continuation.checks import check_each, check_type
 from rodatlas.rods.symmetry import is_symmetric, plus_member
 
 NEAREST = 4  # computed solutions from which one at a given shear is solved for
@@ -22,6 +23,7 @@ def richest_shear(states: Iterable[State]) -> float:
     The middle of the longest such interval of shear, rounded to a multiple of 0.005 when that stays well inside.
     Intervals shorter than 0.005 count only when there is no longer one.
     """
+    check_each("states", states, State, "states of a Slice")
     states = list(states)
     if not states:
         raise ValueError("states: expected at least one stable state, got none")
@@ -51,6 +53,7 @@ def coexisting_states(slice_: Slice, shear: float | None = None) -> dict[str, So
     ValueError
         when the shear is outside the range of the slice.
     """
+    check_type("slice", slice_, Slice, "a Slice, see compute_slice and Slice.load")
     low, high = slice_.settings.shear_min, slice_.settings.shear_max
     if shear is None:
         shear = richest_shear(slice_.states)
@@ -77,6 +80,8 @@ def solve_state(state: State, shear: float, settings: SliceSettings) -> Solution
     Close to a pitchfork Newton's method may leave for the other branch, which has the other symmetry: then the next
     nearest are tried.
     """
+    check_type("state", state, State, "a state of a Slice")
+    check_type("settings", settings, SliceSettings, "SliceSettings such as SliceSettings(15.0)")
     near = sorted(state.solutions, key=lambda s: abs(s["dD"] - shear))
     if near[0]["dD"] == shear:
         return near[0]

@@ -18,6 +18,7 @@ from rodatlas.atlas.slices.result import Event, Slice, SliceBranch, State, State
 from rodatlas.atlas.slices.segments import Bound, Segment, stable_segments, with_chained_indices
 from rodatlas.atlas.slices.settings import SliceSettings
 from rodatlas.continuation import SpecialPoint
+from rodatlas.continuation.checks import check_type
 from rodatlas.continuation.events import turns_at
 from rodatlas.progress import Progress, tells
 from rodatlas.rods.symmetry import is_symmetric
@@ -41,6 +42,7 @@ def compute_slice(
     reference : branches of the slices at reference angles as far as they are known, see
         :func:`rodatlas.atlas.slices.follow.planar_branches`.
     """
+    check_type("settings", settings, SliceSettings, "SliceSettings such as SliceSettings(15.0)")
     start = time.perf_counter()
     frontier = follow_slice(settings, cache, progress, carry, reference)
     branches = [SliceBranch(f, _bare_events(f, frontier)) for f in frontier.branches]

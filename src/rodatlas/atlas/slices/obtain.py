@@ -13,6 +13,7 @@ from rodatlas.atlas.slices.store import SCHEMA, read_slice
 from rodatlas.atlas.stored import peek, stored
 from rodatlas.atlas.unfinished import Say, silent
 from rodatlas.continuation import Branch
+from rodatlas.continuation.checks import as_path, check_type
 from rodatlas.files import claimed, exact
 from rodatlas.progress import Progress, tells
 
@@ -61,6 +62,8 @@ def obtain_slice(
     say : told what is read, resumed, kept or set aside.
     stem : name of the files without suffix, :func:`stem_of` when left out.
     """
+    folder = as_path("folder", folder)
+    check_type("settings", settings, SliceSettings, "SliceSettings such as SliceSettings(15.0)")
     data = folder / f"{stem or stem_of(settings)}.h5"
     with claimed(data, say):
         known = None if fresh else stored(data, SCHEMA, settings, read_slice, say)

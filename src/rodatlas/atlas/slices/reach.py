@@ -13,6 +13,7 @@ from rodatlas.atlas.slices.obtain import stored_slice
 from rodatlas.atlas.slices.result import Slice
 from rodatlas.atlas.slices.settings import SliceSettings
 from rodatlas.continuation import Solution
+from rodatlas.continuation.checks import check_type
 from rodatlas.progress import Progress, tells
 from rodatlas.rods.ends import Ends
 from rodatlas.rods.symmetry import pair_member, reverse
@@ -71,6 +72,8 @@ def reach(
     ValueError
         when no stable state of that name exists there; the message says which ones do.
     """
+    check_type("settings", settings, SliceSettings, "SliceSettings such as SliceSettings(15.0)")
+    check_type("name", name, str, "the name of a state such as US+")
     wanted, sign = split_name(name)
     stored = stored_slice(folder, settings) if folder else None
     if stored is not None and (solution := _of_slice(stored, wanted, shear)) is not None:

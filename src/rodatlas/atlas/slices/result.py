@@ -11,7 +11,7 @@ from rodatlas.atlas.slices.settings import SliceSettings
 from rodatlas.continuation import Solution, SpecialPoint
 
 if TYPE_CHECKING:
-    import pandas as pd
+    from rodatlas.continuation.table import Table
 
 SCHEMA = "rodatlas/slice/1"
 
@@ -184,21 +184,21 @@ class Slice:
 
         return load_slice(path)
 
-    def to_frame(self, of: str = "states") -> pd.DataFrame:
+    def to_frame(self, of: str = "states") -> Table:
         """A table with one row for each stable state (`of='states'`) or each event of each branch (`of='events'`)."""
-        import pandas as pd
+        from rodatlas.continuation.table import Table
 
         if of not in ("states", "events"):
             raise ValueError(f"of: expected 'states' or 'events', got '{of}'")
         if of == "events":
-            return pd.DataFrame([{"branch": b.id, **_event_json(e)} for b in self.branches for e in b.events])
+            return Table([{"branch": b.id, **_event_json(e)} for b in self.branches for e in b.events])
         rows = []
         for s in self.states:
             row: dict[str, Any] = {"name": s.name, "pair": s.pair, "branch": s.branch, "path": s.path}
             for side, end in (("low", s.low), ("high", s.high)):
                 row |= {f"{key}_{side}": value for key, value in _end_json(end).items()}
             rows.append(row | {"contact": s.contact})
-        return pd.DataFrame(rows)
+        return Table(rows)
 
     def to_json(self) -> dict[str, Any]:
         """The object that `rodatlas slice --json` prints."""

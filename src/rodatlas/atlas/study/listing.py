@@ -13,10 +13,11 @@ from rodatlas.atlas.study.catalogue import NAME, Catalogue, read_catalogue
 from rodatlas.atlas.study.folder import PLAN, failure_of
 from rodatlas.atlas.study.inspection import Entry, inspect_file, inspect_work
 from rodatlas.atlas.unfinished import clear_leftover, settings_in
+from rodatlas.continuation.checks import as_path
 from rodatlas.files import alone_in, remove_partials
 
 if TYPE_CHECKING:
-    import pandas as pd
+    from rodatlas.continuation.table import Table
 
 SCHEMA = "rodatlas/show/1"
 
@@ -45,12 +46,12 @@ class Listing:
         kinds = dict.fromkeys(e.status for e in self.entries)
         return f"Listing({self.folder}: {', '.join(f'{self.count(k)} {k}' for k in kinds) or 'nothing'})"
 
-    def to_frame(self) -> pd.DataFrame:
+    def to_frame(self) -> Table:
         """One row for each entry; settings in columns of their own."""
-        import pandas as pd
+        from rodatlas.continuation.table import Table
 
         rows = [e.to_json() for e in self.entries]
-        return pd.DataFrame([{**{k: v for k, v in r.items() if k != "settings"}, **r["settings"]} for r in rows])
+        return Table([{**{k: v for k, v in r.items() if k != "settings"}, **r["settings"]} for r in rows])
 
     def to_json(self) -> dict[str, Any]:
         """Plain values for JSON."""
@@ -75,6 +76,7 @@ def list_folder(folder: Path, thorough: bool = False) -> Listing:
     ValueError
         when there is no such folder.
     """
+    folder = as_path("folder", folder)
     try:
         if not folder.is_dir():
             raise ValueError("no folder")

@@ -18,6 +18,7 @@ from rodatlas.atlas.study.local import LocalExecutor
 from rodatlas.atlas.study.outcome import Event, Listener, Outcome, Status, StudyResult, ignore
 from rodatlas.atlas.study.plan import Study, write_plan
 from rodatlas.atlas.study.task import Task
+from rodatlas.continuation.checks import as_path, check_type
 from rodatlas.files import alone_in, remove_partials, set_aside
 
 PATIENCE = 10.0  # seconds for a file that a worker on another machine has written to appear here
@@ -52,6 +53,8 @@ def run_study(
     ValueError
         when the folder cannot be used, another study is running in it, or the cluster cannot.
     """
+    folder = as_path("folder", folder)
+    check_type("study", study, Study, "a Study, see Study.of and Study.load")
     begin = time.perf_counter()
     place = Path(folder).resolve()
     place.mkdir(parents=True, exist_ok=True)
