@@ -8,9 +8,9 @@ import pytest
 from rodatlas.atlas import BranchCache, SliceSettings, compute_slice, reach
 from rodatlas.atlas.slices.match import same_state
 from rodatlas.atlas.slices.pick import pick_state
-from rodatlas.atlas.slices.reach import split_name
 from rodatlas.continuation import NewtonCode, NotConverged, Status
 from rodatlas.rods import index_of, is_symmetric
+from rodatlas.states.labels import parse_label
 
 
 def events(slice_, number):
@@ -147,11 +147,11 @@ def test_other_members_and_names(slice_15):
     minus, _ = reach(SliceSettings(15.0), "US-", 0.5)
     assert abs(plus["energy"] - minus["energy"]) < 1e-9
     assert np.allclose(plus.values[0, 4], minus.values[-1, 4], atol=1e-7)
-    assert split_name("WS") == ("WS+-", "+")
-    assert split_name("uUui") == ("uUui", "")
+    assert parse_label("WS") == ("WS+-", "+", None)
+    assert parse_label("uUui") == ("uUui", "", None)
     for wrong in ("us", "U+", "S*", ""):
         with pytest.raises(ValueError, match=r"state: expected one of U, US\+, US-"):
-            split_name(wrong)
+            parse_label(wrong)
     with pytest.raises(ValueError, match=r"stable at angle 15 and shear 0.2 \(U, W\), got 'uUu', which is stable for"):
         reach(SliceSettings(15.0, search=0), "uUu", 0.2)
 

@@ -8,12 +8,12 @@ import pytest
 from rodatlas.atlas import BranchCache, FolderCache, Followed, SliceSettings, compute_slice
 from rodatlas.atlas.slices import crosscheck, follow
 from rodatlas.atlas.slices.follow import trace_options
-from rodatlas.atlas.slices.reach import split_name
 from rodatlas.atlas.slices.search import Search, search_at, searched_shears
 from rodatlas.atlas.slices.segments import stable_segments
 from rodatlas.continuation import trace
 from rodatlas.rods import is_symmetric, rod_problem, second_variation_index
 from rodatlas.states import OTHER, name_parts
+from rodatlas.states.labels import parse_label
 
 SHEARS = (0.624,)
 
@@ -90,7 +90,7 @@ def test_a_stable_state_without_a_name_of_the_paper():
     assert second_variation_index(s, u[:, 6:10], u[:, 10:], strain, state["a"]).index == 0
     assert [part.name for part in name_parts(found.solutions, symmetric=True)] == [OTHER]
     with pytest.raises(ValueError, match="state: expected one of U, US"):
-        split_name(OTHER)
+        parse_label(OTHER)
 
 
 def test_shears_that_are_searched_lie_in_the_range():

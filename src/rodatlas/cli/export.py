@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 from rich.console import Console
 
 from rodatlas.cli.common import note, number, writable_folder
+from rodatlas.states.labels import in_file_name
 
 if TYPE_CHECKING:
     from rodatlas.atlas.contents import StatesTable
@@ -144,7 +145,7 @@ def _shapes(solutions: Mapping[str, Solution], wanted: str, target: Path, size: 
 
 def _beside(target: Path, name: str, taken: Sequence[Path]) -> Path:
     """The target with a name added; a number too where the names differ only in case (w and W)."""
-    path = target.with_name(f"{target.stem}-{name}{target.suffix}") if name else target
+    path = target.with_name(f"{target.stem}-{in_file_name(name)}{target.suffix}") if name else target
     if str(path).lower() in {str(p).lower() for p in taken}:
         path = path.with_name(f"{path.stem}-2{path.suffix}")
     return path

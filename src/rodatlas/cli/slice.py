@@ -39,8 +39,8 @@ def run(setting: tuple[str, ...], out: str, json_to: str, fresh: bool, overlay: 
     if measured:
         compared = compare_overlay(found, measured, folder / f"{stem}-overlay", console)
         text = json.dumps(found.to_json() | {"overlay": compared.to_json()}, indent=1) + "\n"
-    for warning in found.warnings:
-        console.print(f"warning: {warning}", style="yellow", markup=False)
+    for warning in found.remarks:
+        console.print(f"warning: {warning}", style="yellow", markup=False, soft_wrap=True)
     console.print(
         f"{len(found.branches)} branches, computed in {found.seconds:.1f} s; files: {', '.join(map(str, files))}",
         highlight=False, soft_wrap=True,

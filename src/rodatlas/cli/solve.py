@@ -11,7 +11,9 @@ from rich.table import Table
 
 from rodatlas.cli.common import number, progress_bar, settings_from, writable_folder
 from rodatlas.cli.tables import say_table
+from rodatlas.rods.band import near_limit
 from rodatlas.rods.ends import Ends
+from rodatlas.states.labels import in_file_name, parse_label
 
 if TYPE_CHECKING:
     from rodatlas.continuation import Solution
@@ -22,11 +24,11 @@ def run(angle: str, shear: str, state: str, out: str, compression: str, poisson:
     value = number("shear", shear)
     settings = settings_from(angle, compression, poisson, tol)
     Ends(settings.angle_deg, settings.compression, value)
-    path = _target(out or f"out/{state}-{settings.angle_deg:g}-dD{value:g}.h5")
-    from rodatlas.atlas.slices.reach import reach, split_name
+    parse_label(state)
+    path = _target(out or f"out/{in_file_name(state)}-{settings.angle_deg:g}-dD{value:g}.h5")
+    from rodatlas.atlas.slices.reach import reach
     from rodatlas.plot.exports import solution_table, write_csv
 
-    split_name(state)
     if folder and not Path(folder).is_dir():
         raise ValueError(f"from: expected a folder with a slice, got '{folder}'")
     with progress_bar(f"{state} at {settings.angle_deg:g} deg, shear {value:g}") as report:
@@ -36,6 +38,8 @@ def run(angle: str, shear: str, state: str, out: str, compression: str, poisson:
     write_csv(table, *solution_table(solution), bare=True)
     console = Console()
     say_table(console, _table(state, solution, source))
+    if near := near_limit(value, settings.compression):
+        console.print(f"warning: {near}", style="yellow", markup=False, soft_wrap=True)
     console.print(f"wrote {path} and {table}", highlight=False, soft_wrap=True)
 
 

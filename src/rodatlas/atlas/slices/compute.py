@@ -7,7 +7,8 @@ from dataclasses import replace
 from itertools import pairwise
 
 from rodatlas.atlas.slices.cache import BranchCache
-from rodatlas.atlas.slices.crosscheck import missed_states
+from rodatlas.atlas.slices.coexisting import overlaps
+from rodatlas.atlas.slices.crosscheck import empty_searches, missed_states
 from rodatlas.atlas.slices.cuts import cut_segment
 from rodatlas.atlas.slices.follow import Followed, Frontier, Progress, Reference, follow_slice
 from rodatlas.atlas.slices.match import same_state
@@ -20,6 +21,7 @@ from rodatlas.continuation import SpecialPoint
 from rodatlas.continuation.events import turns_at
 from rodatlas.rods.symmetry import is_symmetric
 from rodatlas.states.names import NAMES, OTHER, Part, name_parts
+from rodatlas.states.winding import is_curled
 
 
 def compute_slice(
@@ -50,8 +52,9 @@ def compute_slice(
         branches = [replace(b, mirror=partners.get(b.id)) for b in branches]
         warnings += missing
     states = [state for segment, parts in named for state in _states(segment, parts, branches, settings)]
-    warnings += missed_states(frontier.searches, states, settings)
     states.sort(key=lambda s: ((*NAMES, OTHER).index(s.name), s.low.shear))
+    warnings += [*empty_searches(frontier.searches), *missed_states(frontier.searches, states, settings)]
+    warnings += overlaps(states)
     return Slice(settings, tuple(branches), tuple(states), tuple(warnings), time.perf_counter() - start)
 
 
@@ -60,7 +63,7 @@ def _holds_w(followed: Followed) -> bool:
     points = followed.branch.points
     return followed.symmetric and any(
         one.solution["dD"] * two.solution["dD"] <= 0 and one.index == two.index == 0 and one.solution["height"] < 0
-        for one, two in pairwise(points)
+        and not is_curled(one.solution) for one, two in pairwise(points)
     )
 
 
