@@ -168,10 +168,10 @@ def test_special_points_near_the_limiting_shear_are_said(loci):
     """At dL = 1/2 no numbered locus but 17 has one; where the limit is nearer, others do."""
     assert loci.remarks() == ()
     nearer = replace(loci, settings=LociSettings(0.25))  # the limiting shear is 0.661
-    (told,) = nearer.remarks((10,))
-    assert told.startswith("limiting shear: 0.6")
-    assert told.endswith("(special points of locus 10)")
-    assert told in nearer.to_json((10,))["warnings"]
+    (told,) = nearer.remarks((11,))
+    assert told.startswith("limiting shear: 0.63559 is 0.961 of the limiting shear 0.661438")
+    assert told.endswith("(special points of locus 11)")
+    assert told in nearer.to_json((11,))["warnings"]
 
 
 def test_file(loci, tmp_path):

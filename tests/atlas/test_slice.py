@@ -152,8 +152,26 @@ def test_other_members_and_names(slice_15):
     for wrong in ("us", "U+", "S*", ""):
         with pytest.raises(ValueError, match=r"state: expected one of U, US\+, US-"):
             parse_label(wrong)
-    with pytest.raises(ValueError, match=r"stable at angle 15 and shear 0.2 \(U, W\), got 'uUu', which is stable for"):
-        reach(SliceSettings(15.0, search=0), "uUu", 0.2)
+
+
+def test_names_that_no_state_has(slice_15):
+    """A known name without a state there is None; anything else is wrong input."""
+    assert slice_15.state("US+-", 0.1) is None
+    with pytest.raises(ValueError, match="state: expected U without a number, there is one, got 'U:2'"):
+        slice_15.state("U:2", 0.1)
+    for wrong in ("V", "US+", "u", "W:0", "W:x", ""):
+        with pytest.raises(ValueError, match=r"^name: expected one of U, US\+-, uUu, w, wi, .*, other, got"):
+            slice_15.state(wrong, 0.1)
+    with pytest.raises(ValueError, match="^name: expected one of U"):
+        slice_15.states_at(0.1, "V")
+    assert [s.name for s in slice_15.states_at(0.1)] == ["U", "W", "TU+-"]
+
+
+def test_a_range_near_the_limiting_shear_is_said(slice_15):
+    assert slice_15.remarks == ()
+    near = replace(slice_15, settings=replace(slice_15.settings, shear_max=0.85))
+    (told,) = near.to_json()["warnings"]
+    assert told.startswith("limiting shear: 0.85 is 0.981 of the limiting shear 0.866025; beyond 0.95 of it")
 
 
 def test_smooth_cuts_do_not_depend_on_the_steps(slice_30):

@@ -55,6 +55,14 @@ def test_a_state_that_the_search_misses_is_said(slice_30, monkeypatch):
     assert crosscheck.missed_states([met], [u], slice_30.settings) == []
 
 
+def test_searches_that_found_no_state_are_said(slice_30):
+    """There is a stable state at every shear, that of least energy: a search without any has not done its work."""
+    u = slice_30.state("U", 0.26).solutions[0]
+    assert crosscheck.empty_searches([Search(0.26, (u,)), Search(0.7, ())]) == [
+        "search: no stable state found at shear 0.7: raise the number of starts"
+    ]
+
+
 def test_what_was_found_is_kept_for_a_run_that_goes_on(tmp_path, slice_30, monkeypatch):
     settings = SliceSettings(30.0)
     states = tuple(slice_30.state(name, 0.7).solutions[0] for name in ("uUu", "US+-"))

@@ -65,10 +65,8 @@ def coexisting_states(slice_: Slice, shear: float | None = None) -> dict[str, So
     there = present(slice_, shear)
     names = [p.state.name.removesuffix("+-") + ("+" if p.state.pair else "") for p in there]
     called = labels(names, [p.solution["energy"] for p in there], [slope(p.solution) for p in there])
-    return {
-        str(label): plus_member(p.solution) if p.state.pair else p.solution
-        for label, p in zip(called, there, strict=True) if p.exact
-    }  # fmt: skip
+    told = sorted(zip(called, names, there, strict=True), key=lambda x: (names.index(x[1]), x[0]))
+    return {str(label): plus_member(p.solution) if p.state.pair else p.solution for label, _, p in told if p.exact}
 
 
 class Present(NamedTuple):
@@ -125,7 +123,7 @@ def overlaps(states: Sequence[State]) -> list[str]:
             name = one.name.removesuffix("+-")
             found.append(
                 f"names: two states called {one.name} exist from shear {low:.5f} to {high:.5f} (branches {one.branch}, "
-                f"{two.branch}); at one shear {name}{SEPARATOR}1 is the one of less energy"
+                f"{two.branch}); at one shear {name}{SEPARATOR}1 is that of less energy, {name}{SEPARATOR}2 the next"
             )
     return found
 
