@@ -17,6 +17,7 @@ from rodatlas.atlas.slices.result import Slice
 from rodatlas.continuation import Solution
 from rodatlas.rods.ends import Ends
 from rodatlas.states.discover import Discovery
+from rodatlas.states.labels import labels
 from rodatlas.states.rebuild import rebuilt
 
 if TYPE_CHECKING:
@@ -144,12 +145,15 @@ def shapes_of(result: Result | StatesTable, state: str = "", shear: float | None
 
 
 def _of_states(result: Discovery | StatesTable, wanted: str) -> dict[str, Solution]:
-    """States of a search by name; those without one are called by their class and place in the table: '+5'."""
+    """States of a search by label; those without a name are called by their class and place in the table: '+5'."""
     data: Mapping[str, Any] = result.to_json() if isinstance(result, Discovery) else result.data
-    found: dict[str, Any] = {}
-    for i, entry in enumerate(data["states"], 1):
-        called = entry.get("name") or f"{entry.get('class', '')}{i}"
-        found[f"{called}-{i}" if called in found else called] = i - 1
+    entries = data["states"]
+    try:
+        measures = [(float(x["energy"]), -float(x["N0"][0])) for x in entries]
+    except (KeyError, TypeError, IndexError, ValueError):
+        raise ValueError("file: expected energy and N0 of each state, got none of one") from None
+    called = labels([x.get("name") for x in entries], *([m[k] for m in measures] for k in (0, 1)))
+    found = {label or f"{entries[i].get('class', '')}{i + 1}": i for i, label in enumerate(called)}
     if wanted and wanted not in found:
         raise ValueError(f"state: expected one of {', '.join(found)}, got '{wanted}'")
     kept = {name: at for name, at in found.items() if not wanted or name == wanted}

@@ -11,6 +11,7 @@ from rich.console import Console
 
 from rodatlas.cli.common import SAMPLES, note, number, progress_bar, shown, whole_number
 from rodatlas.cli.output import file_target, place_files
+from rodatlas.states.labels import in_file_name
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -160,7 +161,7 @@ def _shapes(solutions: Mapping[str, Solution], wanted: str, target: Path, size: 
 
 def _beside(target: Path, name: str, taken: Sequence[Path]) -> Path:
     """The target with a name added; a number too where the names differ only in case (w and W)."""
-    path = target.with_name(f"{target.stem}-{name}{target.suffix}") if name else target
+    path = target.with_name(f"{target.stem}-{in_file_name(name)}{target.suffix}") if name else target
     if str(path).lower() in {str(p).lower() for p in taken}:
         path = path.with_name(f"{path.stem}-2{path.suffix}")
     return path

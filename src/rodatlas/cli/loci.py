@@ -66,8 +66,8 @@ def _say(found: Loci, wanted: tuple[int, ...], files: list[Path], console: Conso
             place = (f"{e.angle_deg:.4f}", f"{round(e.shear, 6) + 0.0:.6f}", f"{e.height:.6f}")
             table.add_row(*place, ", ".join(e.labels), e.description + status)
     say_table(console, table)
-    for warning in found.warnings:
-        console.print(f"warning: {warning}", style="yellow", markup=False)
+    for warning in found.remarks(wanted):
+        console.print(f"warning: {warning}", style="yellow", markup=False, soft_wrap=True)
     console.print(
         f"{len(found.curves)} curves, computed in {found.seconds:.1f} s; files: {', '.join(map(str, files))}",
         highlight=False, soft_wrap=True,

@@ -43,8 +43,8 @@ def run(
     if measured:
         compared = compare_overlay(found, measured, folder / f"{stem}-overlay-{mark}", console)
         text = json_text(found.to_json() | {"overlay": compared.to_json()}, identity)
-    for warning in found.warnings:
-        console.print(f"warning: {warning}", style="yellow", markup=False)
+    for warning in found.remarks:
+        console.print(f"warning: {warning}", style="yellow", markup=False, soft_wrap=True)
     console.print(
         f"{len(found.branches)} branches, computed in {found.seconds:.1f} s; files: {', '.join(map(str, files))}",
         highlight=False, soft_wrap=True,

@@ -16,7 +16,9 @@ from rodatlas.cli.common import note, number, progress_bar, settings_from, shown
 from rodatlas.cli.output import KEPT, Identity, file_target
 from rodatlas.cli.tables import say_table
 from rodatlas.files import claimed, exact
+from rodatlas.rods.band import near_limit
 from rodatlas.rods.ends import Ends
+from rodatlas.states.labels import in_file_name, parse_label
 
 if TYPE_CHECKING:
     from rodatlas.atlas.slices.settings import SliceSettings
@@ -36,17 +38,16 @@ def run(
     value = number("shear", shear)
     settings = settings_from(angle, compression, poisson, tol)
     Ends(settings.angle_deg, settings.compression, value)
-    from rodatlas.atlas.slices.reach import reach, split_name
+    from rodatlas.atlas.slices.reach import reach
 
-    name, sign = split_name(state)
+    label = parse_label(state).label
     if folder is not None and not _has_slice(folder):
         raise ValueError(f"from: expected a folder with a slice, got '{shown(folder)}'")
-    member = f"{name.removesuffix('+-')}{sign}"
     identity = {
-        "rodatlas": __version__, "state": member, "angle_deg": settings.angle_deg, "shear": value,
+        "rodatlas": __version__, "state": label, "angle_deg": settings.angle_deg, "shear": value,
         "compression": settings.compression, "poisson": settings.poisson, "tolerance": settings.tolerance,
     }  # fmt: skip
-    path = file_target(f"out/{_stem(member, value, settings)}.h5" if out is None else out).with_suffix(".h5")
+    path = file_target(f"out/{_stem(label, value, settings)}.h5" if out is None else out).with_suffix(".h5")
     if not overwrite:
         _expect(path, identity)
     with progress_bar(f"{state} at {settings.angle_deg:g} deg, shear {value:g}") as report:
@@ -56,15 +57,18 @@ def run(
     table = _write(path, solution, identity, overwrite)
     console = Console()
     say_table(console, _table(state, solution, source))
+    if near := near_limit(value, settings.compression):
+        console.print(f"warning: {near}", style="yellow", markup=False, soft_wrap=True)
     console.print(f"wrote {path} and {table}", highlight=False, soft_wrap=True)
 
 
-def _stem(member: str, shear: float, settings: SliceSettings) -> str:
+def _stem(label: str, shear: float, settings: SliceSettings) -> str:
     """Name of the files of a state, other for all other settings."""
     from rodatlas.atlas.slices.obtain import stem_of
 
     of_slice = replace(settings, angle_deg=0.0)
-    return f"{member}-{exact(settings.angle_deg)}-dD{exact(shear)}{stem_of(of_slice).removeprefix('slice-0')}"
+    other = stem_of(of_slice).removeprefix("slice-0")
+    return f"{in_file_name(label)}-{exact(settings.angle_deg)}-dD{exact(shear)}{other}"
 
 
 def _expect(path: Path, identity: Identity) -> None:

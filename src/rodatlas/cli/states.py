@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+import typer
 from rich.console import Console
 from rich.table import Table
 
@@ -12,6 +13,7 @@ from rodatlas.cli.common import (
     DEFLATIONS,
     STARTS,
     WORKERS,
+    note,
     number,
     progress_bar,
     shown,
@@ -28,7 +30,13 @@ def run(
     angle: str, shear: str, compression: str, poisson: str, classes: str, starts: str | None, stable_only: bool,
     wound: bool, deflate: str | None, threads: str | None, json_to: JsonTarget,
 ) -> None:  # fmt: skip
-    """The command; texts come as typed and are checked here."""
+    """The command; texts come as typed and are checked here.
+
+    Raises
+    ------
+    typer.Exit
+        with code 1 when the search found nothing: one line says why, after the table and the JSON are written.
+    """
     from rodatlas.rods.band import check_poisson
     from rodatlas.rods.ends import Ends
     from rodatlas.states.discover import CLASSES, find_states
@@ -54,6 +62,11 @@ def run(
     say_table(console, _table(found))
     console.print(_summary(found), highlight=False, soft_wrap=True)
     json_to.write(json_text(found.to_json(), identity), identity)
+    if found.failed:
+        note(f"rodatlas: {found.warnings[0]}")
+        raise typer.Exit(1)
+    for warning in found.warnings:
+        console.print(f"warning: {warning}", style="yellow", markup=False, soft_wrap=True)
 
 
 def _table(found: Discovery) -> Table:
@@ -68,10 +81,10 @@ def _table(found: Discovery) -> Table:
     titles = ("name", "class", "index", "energy", "height", "pair", "|N|", "turns", "k1", "tau", "met")
     for title in (*titles, *(["touches"] if touching else [])):
         table.add_column(title, justify="left" if title == "name" else "right", no_wrap=True)
-    for state in found.states:
+    for state, label in zip(found.states, found.labels, strict=True):
         plain = state.to_json()
         table.add_row(
-            state.name or "", state.cls, "?" if state.index < 0 else str(state.index),
+            label or "", state.cls, "?" if state.index < 0 else str(state.index),
             f"{plain['energy']:.6f}", f"{plain['height']:.7f}", state.pair or "",
             f"{sum(x * x for x in plain['N0']) ** 0.5:.4g}", f"{state.turns:.2f}",
             str(plain["inflections"]["k1"]), str(plain["inflections"]["tau"]), str(state.count),
@@ -90,7 +103,15 @@ def _summary(found: Discovery) -> str:
     added = f" Deflation added {found.deflated[0]} in {found.deflated[1]} attempts." if found.deflated else ""
     return (
         f"{found.converged} of {found.starts} starts{rounds} converged{within}; {found.distinct} different states are "
-        f"listed (a +/- pair counts once){lost}.{wound}{added} By the number met once, about "
-        f"{found.unseen_estimate:.1f} more were not met, and one more solution would be new with probability "
-        f"{found.unseen_probability:.1%}: an estimate, no proof."
+        f"listed (a +/- pair counts once){lost}.{wound}{added} {completeness(found)}."
+    )
+
+
+def completeness(found: Discovery) -> str:
+    """How many states a search has not met, as far as it can tell."""
+    if found.unseen_estimate is None or found.unseen_probability is None:
+        return "Too few were met to tell how many were not"
+    return (
+        f"By the number met once, about {found.unseen_estimate:.1f} more were not met, and one more solution would be "
+        f"new with probability {found.unseen_probability:.1%}: an estimate, no proof"
     )

@@ -80,7 +80,8 @@ RC: Any = {
 
 
 def base_name(name: str) -> str:
-    """The name of the pair for one of its members: 'US+-' for 'US+' or 'US-'; other names unchanged."""
+    """The name that one of several states has: 'US+-' for 'US+' or 'US-', 'W' for 'W:2'; other names unchanged."""
+    name = name.partition(":")[0]
     return name[:-1] + "+-" if name.endswith(("+", "-")) and not name.endswith("+-") else name
 
 
@@ -91,8 +92,11 @@ def color_of(name: str | None) -> str:
 
 
 def label_of(name: str) -> str:
-    """A state's name as it is printed: 'US+-' as US±, 'US-' with a true minus sign."""
+    """A state's name as it is printed: 'US+-' as US±, 'US-' with a true minus sign; the number of 'W:2' stays."""
     check_type("name", name, str, "the name of a state")
+    name, colon, number = name.partition(":")
+    if colon:
+        return f"{label_of(name)}:{number}"
     if name.endswith("+-"):
         return name[:-2] + "±"
     return name[:-1] + "−" if name.endswith("-") else name

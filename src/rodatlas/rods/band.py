@@ -167,3 +167,22 @@ def limiting_shear(compression: float, aspect: float = 0.0) -> float:
     check_number("compression", compression, 0.0, 1.0, "a number from 0 to 1")
     check_number("aspect", aspect, 0.0, math.inf, "a number of at least 0")
     return math.sqrt(1.0 + aspect**2 - (1.0 - compression) ** 2) - aspect
+
+
+NEAR_LIMIT = 0.95
+"""Part of the limiting shear beyond which results want care. |N| grows as 1/slack^2 and passes 2500 [GJ/L^2] there (30
+degrees, dL = 0.3 and 0.5). Of 128 bands that a search starts at dL = 0.5, 80 still converge at 0.95 of the limit, but
+at 0.96 collocation no longer confirms US+-, at 0.98 no state at all, and at 0.99 none converges. The default range of a
+slice ends at 0.947."""
+
+
+def near_limit(shear: float, compression: float) -> str:
+    """A warning for a shear beyond `NEAR_LIMIT` of the limiting shear; '' for any other."""
+    limit = limiting_shear(compression)
+    part = abs(shear) / limit
+    if part <= NEAR_LIMIT:
+        return ""
+    return (
+        f"limiting shear: {shear:g} is {part:.3f} of the limiting shear {limit:.6f}; beyond {NEAR_LIMIT:g} of it "
+        "forces grow without bound, searches miss states, and what is followed is ill-conditioned"
+    )

@@ -11,8 +11,8 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TypeVar
 
-from rodatlas.atlas.slices.reach import split_name
 from rodatlas.rods.band import WIDEST, Band, check_between, limiting_shear, number_from_text, ratio_from_text
+from rodatlas.states.labels import known_names, parse_label
 
 REQUIRED = ("state", "shear_min", "shear_max")
 OPTIONAL = ("unit", "width", "band", "label", "error")
@@ -117,10 +117,10 @@ def family_of(state: str) -> str | None:
     if state in WIDE_ONLY:
         return None
     try:
-        return split_name(re.sub(r"[12](?=[+-]*$)", "", state))[0]
-    except ValueError as error:
-        known = str(error).rpartition(", got ")[0]
-        raise ValueError(f"{known}, or U1, U2, wi .. of wide bands, got '{state}'") from None
+        return parse_label(re.sub(r"[12](?=[+-]*$)", "", state)).name
+    except ValueError:
+        known = f"state: expected one of {known_names()}, or U1, U2, wi .. of wide bands"
+        raise ValueError(f"{known}, got '{state}'") from None
 
 
 @dataclass(frozen=True)

@@ -7,8 +7,9 @@ from dataclasses import replace
 from itertools import pairwise
 
 from rodatlas.atlas.slices.cache import BranchCache
+from rodatlas.atlas.slices.coexisting import overlaps
 from rodatlas.atlas.slices.contact import contact_warnings, with_contact
-from rodatlas.atlas.slices.crosscheck import missed_states
+from rodatlas.atlas.slices.crosscheck import empty_searches, missed_states
 from rodatlas.atlas.slices.cuts import cut_segment
 from rodatlas.atlas.slices.follow import Followed, Frontier, Reference, follow_slice
 from rodatlas.atlas.slices.match import same_state
@@ -23,6 +24,7 @@ from rodatlas.continuation.events import turns_at
 from rodatlas.progress import Progress, tells
 from rodatlas.rods.symmetry import is_symmetric
 from rodatlas.states.names import NAMES, OTHER, Part, name_parts
+from rodatlas.states.winding import is_curled
 
 
 @tells("slice")
@@ -56,9 +58,9 @@ def compute_slice(
         branches = [replace(b, mirror=partners.get(b.id)) for b in branches]
         warnings += missing
     states = [state for segment, parts in named for state in _states(segment, parts, branches, settings)]
-    warnings += missed_states(frontier.searches, states, settings)
     states = with_contact(sorted(states, key=lambda s: ((*NAMES, OTHER).index(s.name), s.low.shear)), settings)
-    warnings += contact_warnings(states)
+    warnings += [*empty_searches(frontier.searches), *missed_states(frontier.searches, states, settings)]
+    warnings += [*overlaps(states), *contact_warnings(states)]
     return Slice(settings, tuple(branches), tuple(states), tuple(warnings), time.perf_counter() - start)
 
 
@@ -67,7 +69,7 @@ def _holds_w(followed: Followed) -> bool:
     points = followed.branch.points
     return followed.symmetric and any(
         one.solution["dD"] * two.solution["dD"] <= 0 and one.index == two.index == 0 and one.solution["height"] < 0
-        for one, two in pairwise(points)
+        and not is_curled(one.solution) for one, two in pairwise(points)
     )
 
 

@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from dataclasses import asdict, dataclass, fields, replace
 
 from rodatlas import __version__
-from rodatlas.rods.band import bending_ratio, check_number, check_poisson, limiting_shear
+from rodatlas.rods.band import bending_ratio, check_number, check_poisson, limiting_shear, near_limit
 from rodatlas.rods.ends import Ends
 
 ALGORITHM = 6  # raised with every change of the program after which a slice holds something else
@@ -91,6 +91,11 @@ class SliceSettings:
         )
         distinct = {s.place: s for s in (usual, at_angle)}  # one at each place, if it can be with this range
         return [s for s in dict.fromkeys((at_angle, distinct[usual.place])) if s.place != self.place]
+
+    @property
+    def near_limit(self) -> str:
+        """A warning when the range of shear reaches near the limiting shear, '' otherwise."""
+        return near_limit(max(self.shear_max, -self.shear_min), self.compression)
 
     @property
     def place(self) -> tuple[float, float]:
