@@ -19,6 +19,7 @@ if TYPE_CHECKING:
     from rodatlas.continuation import Solution
 
 SECTIONS = 321  # the polyhedron of so many is within h^2 k1/8 = 1e-5 L of a ribbon with k1 = 10/L
+TURN = 20.0  # radians by which a band turns that take as many cross-sections as its whole length if it is straight
 LINES = np.array([-0.5, 0.0, 0.5])  # across the width: both edges; the center line is for planar bands, see _segments
 SLACK = 1e-9  # of a segment and of a triangle, so that a point on a common side of two is on one of them
 PARALLEL = 1e-12  # of the product of three lengths: below it a segment is parallel to a triangle
@@ -44,9 +45,9 @@ class Contact:
 def self_contact(solution: Solution, width: float = NARROW, sections: int = SECTIONS) -> Contact | None:
     r"""Where the ribbon :math:`X(s) + u\,d_1(s)`, :math:`|u| \le w/2`, meets itself.
 
-    The ribbon is replaced by triangles between evenly spaced cross-sections. Pairs of parts that are too far apart,
-    or between which the band turns too little to come back (:func:`_may_meet`), are left out; of the others the sides
-    and the center line of each are cut with the triangles of the other.
+    The ribbon is replaced by triangles between cross-sections (:func:`sections_of`). Pairs of parts that are too far
+    apart, or between which the band turns too little to come back (:func:`_may_meet`), are left out; of the others the
+    sides and the center line of each are cut with the triangles of the other.
 
     Parameters
     ----------
@@ -66,26 +67,35 @@ def self_contact(solution: Solution, width: float = NARROW, sections: int = SECT
     width = check_between("width", width, 0.0, np.inf, "a positive number")
     if sections < 3:
         raise ValueError(f"sections: expected at least 3, got {sections}")
-    s = np.linspace(0.0, 1.0, sections)
-    met = meeting(*ribbon(solution, s), width)
+    s = sections_of(solution, sections)
+    met = meeting(s, *ribbon(solution, s), width)
     return None if met is None else Contact(met, width)
 
 
-def meeting(center: np.ndarray, frame: np.ndarray, width: float) -> tuple[float, float] | None:
+def sections_of(solution: Solution, count: int) -> np.ndarray:
+    """(count,) arclengths of cross-sections, denser where the band bends or twists more; the mesh tells where."""
+    q = solution.values[:, [solution.unknowns.index(f"q{i}") for i in range(4)]]
+    q = q / np.linalg.norm(q, axis=1, keepdims=True)
+    turns = 2.0 * np.arccos(np.minimum(np.abs(np.einsum("na,na->n", q[1:], q[:-1])), 1.0))
+    weight = solution.mesh + np.concatenate([[0.0], np.cumsum(turns)]) / TURN
+    return np.interp(np.linspace(0.0, weight[-1], count), weight, solution.mesh)
+
+
+def meeting(s: np.ndarray, center: np.ndarray, frame: np.ndarray, width: float) -> tuple[float, float] | None:
     """The arclengths at which a ribbon meets itself, the smaller first; None where it does not.
 
     Parameters
     ----------
-    center : (n, 3) center line at evenly spaced cross-sections. frame : (3, n, 3) directors. width : w.
+    s : (n,) cross-sections. center : (n, 3) center line. frame : (3, n, 3) directors. width : w.
     """
-    one, two = _near(center, frame, width)
+    one, two = _near(s, center, frame, width)
     if not len(one):
         return None  # hardly any state gets further
     lines = center + LINES[:, None, None] * width * frame[0]
     found = np.concatenate([_meetings(lines, one, two), _meetings(lines, two, one)])
     if not len(found):
         return None
-    at = np.sort(found, axis=1) / (len(center) - 1)
+    at = np.interp(np.sort(found, axis=1), np.arange(len(s)), s)
     first, second = at[np.argmin(at[:, 1] - at[:, 0])]
     return float(first), float(second)
 
@@ -101,29 +111,24 @@ def width_text(width: float) -> str:
     return f"L/{whole}" if math.isclose(whole * width, 1.0, rel_tol=1e-9) else f"{width:g} L"
 
 
-def may_touch(center: np.ndarray, frame: np.ndarray, width: float) -> bool:
-    """Whether two parts of a ribbon, given at evenly spaced cross-sections, are near enough to meet: never wrongly no.
-
-    Parameters
-    ----------
-    center : (n, 3). frame : (3, n, 3) directors, of a length near one. width : w.
-    """
-    return bool(len(_near(center, frame, width)[0]))
+def may_touch(s: np.ndarray, center: np.ndarray, frame: np.ndarray, width: float) -> bool:
+    """Whether two parts of a ribbon are near enough to meet; parameters as in :func:`meeting`."""
+    return bool(len(_near(s, center, frame, width)[0]))
 
 
-def _near(center: np.ndarray, frame: np.ndarray, width: float) -> tuple[np.ndarray, np.ndarray]:
+def _near(s: np.ndarray, center: np.ndarray, frame: np.ndarray, width: float) -> tuple[np.ndarray, np.ndarray]:
     """Pairs of parts (i, j), i + 1 < j, that may meet; part i lies between the cross-sections i and i + 1."""
     middle = 0.5 * (center[1:] + center[:-1])
     size = np.einsum("ia,ia->i", middle, middle)
     square = size[:, None] + size - 2.0 * middle @ middle.T
-    step = 1.0 / (len(center) - 1)
-    # no point of a part is further from its middle than half a diagonal
-    one, two = np.nonzero(np.triu(square <= width**2 + step**2, 2))
-    may = _may_meet(frame, one, two, width)
+    radius = 0.5 * (np.diff(s) + width)  # about its middle a part has no point further away
+    one, two = np.nonzero(square <= (radius[:, None] + radius) ** 2)
+    one, two = one[two > one + 1], two[two > one + 1]
+    may = _may_meet(s, frame, one, two, width)
     return one[may], two[may]
 
 
-def _may_meet(frame: np.ndarray, one: np.ndarray, two: np.ndarray, width: float) -> np.ndarray:
+def _may_meet(s: np.ndarray, frame: np.ndarray, one: np.ndarray, two: np.ndarray, width: float) -> np.ndarray:
     r"""Whether the band turns enough between two parts to come back.
 
     Let the frame turn by the angle :math:`\theta < \pi` from one ruling to another, at the arclength :math:`\delta`.
@@ -134,8 +139,7 @@ def _may_meet(frame: np.ndarray, one: np.ndarray, two: np.ndarray, width: float)
     trace = np.einsum("dna,dna->n", frame[:, 1:], frame[:, :-1])
     turned = np.concatenate([[0.0], np.cumsum(np.arccos(np.clip(0.5 * (trace - 1.0), -1.0, 1.0)))])
     half = 0.5 * (turned[two + 1] - turned[one])
-    apart = (two - one - 1) / (frame.shape[1] - 1)
-    return (half >= 0.5 * np.pi) | (width * np.sin(half) >= apart * np.cos(half))
+    return (half >= 0.5 * np.pi) | (width * np.sin(half) >= (s[two] - s[one + 1]) * np.cos(half))
 
 
 def _meetings(lines: np.ndarray, one: np.ndarray, two: np.ndarray) -> np.ndarray:
@@ -165,8 +169,8 @@ def _meetings(lines: np.ndarray, one: np.ndarray, two: np.ndarray) -> np.ndarray
 
 
 def _segments(lines: np.ndarray, part: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Segments on parts of a band that another part cannot miss when it cuts through: pieces of the three lines, and
-    the rulings at both ends.
+    """Segments on parts of a band that another part cannot miss when it cuts through: the three lines, and the rulings
+    at both ends.
 
     Two parts intersect along a curve that ends on a side of one of them. In a planar band it is a ruling, whose ends
     lie on edges of both, a matter of round-off; the center line of each then cuts the other in its middle.

@@ -80,14 +80,20 @@ def compute_phase(
             break
     edge = tuple(Interval(s.name, *s.shear) for s in known[0.0].states) if 0.0 in known else ()
     warnings = [f"loci: {w}" for w in loci.warnings]
-    for s in ordered:
-        known_of = set(contact_warnings(s.states))  # told for all slices together
-        warnings += [f"slice at {s.settings.angle_deg:g} deg: {w}" for w in s.warnings if w not in known_of]
-    warnings += contact_of_slices(ordered)
+    warnings += slice_warnings(ordered)
     return PhaseDiagram(
         settings, drawn.lines, drawn.faces, edge, drawn.events, tuple(sorted(known)), drawn.completed,
         (*warnings, *drawn.warnings), time.perf_counter() - start,
     )  # fmt: skip
+
+
+def slice_warnings(slices: Iterable[Slice]) -> list[str]:
+    """Warnings of slices with their angles; that a band touches itself is said once for each name."""
+    warnings, slices = [], list(slices)
+    for s in slices:
+        merged = set(contact_warnings(s.states))
+        warnings += [f"slice at {s.settings.angle_deg:g} deg: {w}" for w in s.warnings if w not in merged]
+    return warnings + contact_of_slices(slices)
 
 
 def _doubtful(drawn: _Drawn, known: Iterable[float]) -> list[float]:

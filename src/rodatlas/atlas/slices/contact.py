@@ -14,7 +14,7 @@ from rodatlas.atlas.slices.result import Slice, State
 from rodatlas.atlas.slices.settings import SliceSettings
 from rodatlas.continuation import Solution
 from rodatlas.rods.band import NARROW
-from rodatlas.rods.contact import SECTIONS, may_touch, meeting, self_contact, width_text
+from rodatlas.rods.contact import SECTIONS, may_touch, meeting, sections_of, self_contact, width_text
 from rodatlas.rods.kinematics import ribbon
 
 SPACING = 0.5  # of the width: how far apart in shear states are looked at; strands pass each other within a width
@@ -119,14 +119,15 @@ class _Between:
 
     def __init__(self, one: Solution, two: Solution, sections: int):
         self._shears = one["dD"], two["dD"]
-        s = np.linspace(0.0, 1.0, sections)
-        self._one, self._two = ribbon(one, s), ribbon(two, s)
+        self._s = sections_of(one, sections)
+        self._one, self._two = ribbon(one, self._s), ribbon(two, self._s)
 
-    def __call__(self, shear: float) -> tuple[np.ndarray, np.ndarray]:
+    def __call__(self, shear: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Cross-sections, center line and directors."""
         low, high = self._shears
         part = (shear - low) / (high - low)
         center, frame = ((1.0 - part) * a + part * b for a, b in zip(self._one, self._two, strict=True))
-        return center, frame
+        return self._s, center, frame
 
 
 def _close_calls(one: Solution, two: Solution, width: float) -> list[float]:
