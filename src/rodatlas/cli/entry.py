@@ -26,7 +26,8 @@ def main(arguments: Sequence[str] | None = None) -> None:
     Whatever goes wrong is one line on stderr; with RODATLAS_TRACEBACK=1 in the environment its traceback comes before.
     """
     try:
-        code = command()(args=None if arguments is None else list(arguments), prog_name="rodatlas", standalone_mode=False)
+        given = None if arguments is None else list(arguments)
+        code = command()(args=given, prog_name="rodatlas", standalone_mode=False)
         sys.stdout.flush()
     except (KeyboardInterrupt, typer.Abort):
         sys.exit(INTERRUPTED)
