@@ -101,7 +101,7 @@ class Band:
     @classmethod
     def from_text(cls, text: str, poisson: float = 0.25, field: str = "band") -> Band:
         """A band from '240x3x0.127': length, width and thickness."""
-        parts = text.lower().replace("×", "x").removesuffix("mm").split("x")
+        parts = text.strip().lower().replace("×", "x").removesuffix("mm").split("x")
         try:
             length, width, thickness = (number_from_text(part) for part in parts)
         except ValueError:

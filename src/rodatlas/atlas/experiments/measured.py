@@ -143,9 +143,17 @@ class _Row:
         return default
 
 
+def _fields(place: str, line: str) -> list[str]:
+    """The fields of a line."""
+    try:
+        return next(csv.reader([line], skipinitialspace=True))
+    except csv.Error as error:
+        raise ValueError(f"{place}: expected fields separated by commas, got a line that is none ({error})") from None
+
+
 def _header(place: str, line: str) -> list[str]:
     """Names of the columns."""
-    columns = [name.strip().lower() for name in next(csv.reader([line], skipinitialspace=True))]
+    columns = [name.strip().lower() for name in _fields(place, line)]
     for name in columns:
         if name not in (*REQUIRED, *OPTIONAL):
             known = ", ".join((*REQUIRED, *OPTIONAL))
@@ -158,7 +166,7 @@ def _header(place: str, line: str) -> list[str]:
 
 
 def _row(place: str, columns: list[str], line: str) -> _Row:
-    fields = [field.strip() for field in next(csv.reader([line], skipinitialspace=True))]
+    fields = [field.strip() for field in _fields(place, line)]
     if len(fields) != len(columns):
         raise ValueError(f"{place}: expected {len(columns)} fields ({', '.join(columns)}), got {len(fields)}")
     return _Row(place, {name: field for name, field in zip(columns, fields, strict=True) if field})
