@@ -10,23 +10,26 @@ from typing import Any
 
 import numpy as np
 import pytest
+from matplotlib.figure import Figure
 
 import rodatlas
 from rodatlas.atlas import Loci, LociSettings, PhaseDiagram, PhaseSettings, Slice, SliceSettings, compute_loci
 from rodatlas.atlas.phase.arrangement import chords, cut_plane
 from rodatlas.atlas.phase.lines import Line
 from rodatlas.atlas.phase.regions import Face
+from rodatlas.plot import draw_slice
 from rodatlas.rods import Ends
 from rodatlas.states import Discovery, find_states
 
 STARTS = 64
-KEPT = ("U", "U.1")  # branches of a thin slice: U with uUu, and the pair US+-
+KEPT = ("U", "U.1", "M3")  # branches of a thin slice: U with uUu, the pair US+-, and the third mode with w
 
 PLACES = {  # modules that have a function by its name
     "compute_slice": ("rodatlas.atlas", "rodatlas.atlas.slices.obtain"),
     "compute_loci": ("rodatlas.atlas", "rodatlas.atlas.loci.obtain", "rodatlas.atlas.phase.obtain"),
     "compute_phase": ("rodatlas.atlas", "rodatlas.atlas.phase.obtain"),
     "find_states": ("rodatlas.states", "rodatlas.states.discover", "rodatlas.atlas.study.kinds.states"),
+    "draw_slice_figure": ("rodatlas.plot",),
     "LocalExecutor": ("rodatlas.atlas.study.run", "rodatlas.atlas.study.many"),
 }
 
@@ -42,6 +45,11 @@ def thin(found: Slice) -> Slice:
     """A few branches of a slice."""
     branches = tuple(b for b in found.branches if b.id in KEPT)
     return replace(found, branches=branches, states=tuple(s for s in found.states if s.branch in KEPT))
+
+
+def plain_figure(found: Slice, *_: Any) -> Figure:
+    """The diagram of a slice without drawings of bands, whose placement takes seconds."""
+    return draw_slice(found).figure
 
 
 def straight_phase(settings: PhaseSettings) -> PhaseDiagram:
@@ -65,12 +73,12 @@ def replace_computations(patch: pytest.MonkeyPatch, whole: Slice, loci: Callable
 
     Parameters
     ----------
-    whole : a slice; it is given where its own settings are wanted, else a thin part of it is.
+    whole : a slice, of which a thin part is given.
     loci : gives loci.
     """
 
     def slice_of(settings: SliceSettings, *_: Any, **__: Any) -> Slice:
-        return whole if settings == whole.settings else replace(thin(whole), settings=settings)
+        return replace(thin(whole), settings=settings)
 
     def loci_of(settings: LociSettings, slice_at: Callable[..., Slice], numbers: Sequence[int] = (), *_: Any) -> Loci:
         slice_at(15.0)
@@ -85,7 +93,7 @@ def replace_computations(patch: pytest.MonkeyPatch, whole: Slice, loci: Callable
         return find_states(ends, poisson, classes, min(starts or STARTS, STARTS), **rest)
 
     new = {"compute_slice": slice_of, "compute_loci": loci_of, "compute_phase": phase_of, "find_states": states_of,
-           "LocalExecutor": Threads}  # fmt: skip
+           "draw_slice_figure": plain_figure, "LocalExecutor": Threads}  # fmt: skip
     for name, places in PLACES.items():
         for place in places:
             patch.setattr(import_module(place), name, new[name])
@@ -95,4 +103,5 @@ def replace_computations(patch: pytest.MonkeyPatch, whole: Slice, loci: Callable
 
 def few_loci(whole: Slice) -> Loci:
     """Loci of the pitchforks 4 and 11, and of fold 12, which is born on the first."""
-    return compute_loci(LociSettings(), lambda angle: thin(whole), (4, 11, 12))
+    branches = tuple(b for b in whole.branches if b.id in KEPT[:2])
+    return compute_loci(LociSettings(), lambda angle: replace(whole, branches=branches), (4, 11, 12))

@@ -17,12 +17,15 @@ import shlex
 import tomllib
 from collections.abc import Iterator
 from pathlib import Path
+from pkgutil import resolve_name
 from typing import NamedTuple
 
 import pytest
+import typer
 
 from rodatlas.atlas.study.studyfile import parse_study
 from rodatlas.cli import main
+from rodatlas.cli.app import app
 
 ROOT = Path(__file__).parents[1]
 PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").rglob("*.md"))]
@@ -154,20 +157,32 @@ def mentioned(page: Path) -> Iterator[list[str]]:
         yield shlex.split(" ".join(command.split()))
 
 
-@pytest.mark.parametrize("page", PAGES, ids=name_of)
-def test_what_the_text_mentions_exists(page: Path) -> None:
-    import typer
-
-    from rodatlas.cli.app import app
-
+def options_of_commands() -> dict[str, set[str]]:
     commands = typer.main.get_command(app).commands  # type: ignore[attr-defined]
+    return {name: {o for p in command.params for o in p.opts} for name, command in commands.items()}
+
+
+@pytest.mark.parametrize("page", PAGES, ids=name_of)
+def test_commands_in_the_text_exist(page: Path) -> None:
+    options = options_of_commands()
     for words in mentioned(page):
         if words[0] != "rodatlas":
             check_tool(words)
             continue
-        assert words[1] in commands or words[1].startswith("-"), f"rodatlas {words[1]}"
-        options = {o for p in commands[words[1]].params for o in p.opts} if words[1] in commands else {"--help"}
-        assert {w.split("=")[0] for w in words[2:] if w.startswith("--")} <= options, shlex.join(words)
+        assert words[1] in options, shlex.join(words)
+        assert {w.split("=")[0] for w in words[2:] if w.startswith("--")} <= options[words[1]], shlex.join(words)
+
+
+@pytest.mark.parametrize("page", PAGES, ids=name_of)
+def test_options_files_and_names_in_the_text_exist(page: Path) -> None:
+    options = set().union(*options_of_commands().values())
+    for code in re.findall(r"`([^`\n]+)`", FENCE.sub("", page.read_text(encoding="utf-8"))):
+        if re.fullmatch(r"--[a-z-]+( .*)?", code):
+            assert code.split()[0] in options, code
+        elif re.fullmatch(r"(src|docs|examples|tests|benchmarks)/[\w./-]*", code):
+            assert (ROOT / code).exists(), code
+        elif re.fullmatch(r"rodatlas(\.\w+)+(\(.*\))?", code):
+            resolve_name(code.partition("(")[0])
 
 
 def test_links_lead_somewhere() -> None:
