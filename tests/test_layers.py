@@ -12,7 +12,8 @@ import pytest
 import rodatlas
 
 ROOT = Path(rodatlas.__file__).parent
-LAYERS = ("cli", "explorer", "paper", "atlas", "states", "snap", "plot", "rods", "continuation")  # top to bottom
+# top to bottom
+LAYERS = ("cli", "explorer", "paper", "atlas", "states", "snap", "plot", "rods", "continuation", "files")
 HEAVY = ("numba", "casadi", "matplotlib", "scipy", "numpy", "h5py", "pandas")
 
 
@@ -64,7 +65,7 @@ def test_the_engine_runs_without_the_rest() -> None:
         "import sys, rodatlas.continuation\n"
         "print([m for m in sys.modules if m.startswith('rodatlas.') and not m.startswith('rodatlas.continuation')])"
     )
-    assert _python(code) == "[]"
+    assert _python(code) == "['rodatlas.failures']"
 
 
 def test_importing_the_package_loads_nothing_heavy() -> None:
@@ -88,6 +89,15 @@ def test_the_help_page_loads_nothing_heavy() -> None:
     page = _python(code)
     assert "slice" in page
     assert page.splitlines()[-1] == "[]"
+
+
+@pytest.mark.parametrize("name", ["failures", "progress"])
+def test_modules_below_all_layers_load_nothing_else(name: str) -> None:
+    code = (
+        f"import sys, rodatlas.{name}\n"
+        f"print([m for m in sys.modules if m in {HEAVY} or m.startswith('rodatlas.') and m != 'rodatlas.{name}'])"
+    )
+    assert _python(code) == "[]"
 
 
 def _python(code: str) -> str:

@@ -126,7 +126,8 @@ def test_shapes_of_found_states(capsys, files, slice_15, tmp_path):
     ],
 )
 def test_wrong_input_is_one_line(capsys, files, tmp_path, file, options, message):
-    code, out, err = run(capsys, files / file, "--out", tmp_path / "x.csv", *options)
+    target = f"x.{options[1]}" if "--format" in options else "x.csv"
+    code, out, err = run(capsys, files / file, "--out", tmp_path / target, *options)
     assert (code, out) == (2, "")
     assert err.startswith("rodatlas: ")
     assert message in err

@@ -19,9 +19,10 @@ from rodatlas.continuation.recheck import rechecked
 from rodatlas.continuation.results import Branch, EndReason
 from rodatlas.continuation.solution import Solution
 from rodatlas.continuation.walker import Walker, settled
+from rodatlas.failures import Failure
 
 
-class NotConverged(RuntimeError):
+class NotConverged(Failure, RuntimeError):
     """No solution was found.
 
     Attributes

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from rodatlas.continuation.checks import check_type
+from rodatlas.plot.heading import ARCLENGTH_LABEL, CURVATURE_LABEL, TWIST_LABEL, setting_of
 from rodatlas.plot.style import FAINT, TWO_COLUMN, base_name, color_of, label_of, new_figure, styled
 
 if TYPE_CHECKING:
@@ -27,8 +28,8 @@ def energy_density(solution: Solution, s: np.ndarray) -> np.ndarray:
 
 
 PANELS: tuple[tuple[str, Callable[[Solution, np.ndarray], np.ndarray]], ...] = (
-    (r"curvature $\kappa_1$  ($1/L$)", lambda solution, s: solution(s, "k1")),
-    (r"twist $\tau$  ($1/L$)", lambda solution, s: solution(s, "tau")),
+    (CURVATURE_LABEL, lambda solution, s: solution(s, "k1")),
+    (TWIST_LABEL, lambda solution, s: solution(s, "tau")),
     (r"tension $N_3$  ($GJ/L^2$)", lambda solution, s: solution(s, "N3")),
     (r"energy density $a\kappa_1^2+\tau^2$  ($GJ/L^2$)", energy_density),
 )
@@ -55,17 +56,17 @@ def draw_profiles(states: Mapping[str, Solution]) -> Figure:
         panels = fig.subplots(2, 2, sharex=True)
         fig.subplots_adjust(left=0.077, right=0.988, bottom=0.118, top=0.905, wspace=0.2, hspace=0.1)
         for letter, ax, (title, field) in zip("abcd", panels.ravel(), PANELS, strict=True):
-            _draw_panel(ax, letter, title, {name: field(x, s) for name, x in states.items()}, s)
+            _draw_panel({name: field(x, s) for name, x in states.items()}, s, letter, title, ax)
         for ax in panels[1]:
-            ax.set_xlabel("arclength $s$  (units of $L$)")
+            ax.set_xlabel(ARCLENGTH_LABEL)
         fig.align_ylabels(panels[:, 0])
         fig.align_ylabels(panels[:, 1])
-        _draw_heading(fig, states)
+        _draw_heading(states, fig)
         fig.draw_without_rendering()
     return fig
 
 
-def _draw_panel(ax: Axes, letter: str, title: str, curves: Mapping[str, np.ndarray], s: np.ndarray) -> None:
+def _draw_panel(curves: Mapping[str, np.ndarray], s: np.ndarray, letter: str, title: str, ax: Axes) -> None:
     """One field of all states over the arclength."""
     ax.axhline(0.0, color=FAINT, lw=0.5, zorder=0.5)
     for name, values in curves.items():
@@ -81,12 +82,9 @@ def _draw_panel(ax: Axes, letter: str, title: str, curves: Mapping[str, np.ndarr
     ax.text(0.018, 0.965, f"({letter})", transform=ax.transAxes, va="top", ha="left")
 
 
-def _draw_heading(fig: Figure, states: Mapping[str, Solution]) -> None:
+def _draw_heading(states: Mapping[str, Solution], fig: Figure) -> None:
     """The setting and the names of the states above the panels; what a pair's member stands for below them."""
-    first = next(iter(states.values()))
-    angle, compression, shear = np.degrees(first["psi0"]), first["dL"], first["dD"]
-    setting = rf"$\psi_0={angle:.6g}^\circ$,  $\Delta L={compression:.6g}\,L$,  $\Delta D={shear:.6g}\,L$"
-    fig.text(0.077, 0.958, setting, va="center", ha="left", fontsize=9.0)
+    fig.text(0.077, 0.958, setting_of(next(iter(states.values()))), va="center", ha="left", fontsize=9.0)
     handles, labels = fig.axes[0].get_legend_handles_labels()
     fig.legend(
         handles, labels, loc="center right", bbox_to_anchor=(0.996, 0.958), ncols=len(labels), handlelength=1.6,

@@ -18,9 +18,10 @@ from rodatlas.atlas.phase.regions import Face, assign, check_crossings, crossing
 from rodatlas.atlas.phase.result import Interval, PhaseDiagram
 from rodatlas.atlas.phase.settings import PhaseSettings
 from rodatlas.atlas.phase.story import told
-from rodatlas.atlas.slices.follow import Progress
+from rodatlas.atlas.slices.contact import contact_of_slices, contact_warnings
 from rodatlas.atlas.slices.result import Slice
 from rodatlas.continuation.checks import check_type
+from rodatlas.progress import Progress, tells
 
 Slices = Callable[[Sequence[float]], Iterable[Slice]]
 """Gives the slices at some angles in degrees, in any order; they may be computed at the same time."""
@@ -39,6 +40,7 @@ class _Drawn:
     warnings: tuple[str, ...]
 
 
+@tells("phase diagram")
 def compute_phase(
     settings: PhaseSettings, loci: Loci, slices: Slices, given: Sequence[float] = (), progress: Progress | None = None
 ) -> PhaseDiagram:
@@ -78,11 +80,20 @@ def compute_phase(
             break
     edge = tuple(Interval(s.name, *s.shear) for s in known[0.0].states) if 0.0 in known else ()
     warnings = [f"loci: {w}" for w in loci.warnings]
-    warnings += [f"slice at {s.settings.angle_deg:g} deg: {w}" for s in ordered for w in s.warnings]
+    warnings += slice_warnings(ordered)
     return PhaseDiagram(
         settings, drawn.lines, drawn.faces, edge, drawn.events, tuple(sorted(known)), drawn.completed,
         (*warnings, *drawn.warnings), time.perf_counter() - start,
     )  # fmt: skip
+
+
+def slice_warnings(slices: Iterable[Slice]) -> list[str]:
+    """Warnings of slices with their angles; that a band touches itself is said once for each name."""
+    warnings, slices = [], list(slices)
+    for s in slices:
+        merged = set(contact_warnings(s.states))
+        warnings += [f"slice at {s.settings.angle_deg:g} deg: {w}" for w in s.warnings if w not in merged]
+    return warnings + contact_of_slices(slices)
 
 
 def _doubtful(drawn: _Drawn, known: Iterable[float]) -> list[float]:

@@ -10,12 +10,12 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 from pathlib import Path
 
-from rodatlas.atlas.slices.cache import write_text
 from rodatlas.atlas.study.cluster_settings import ClusterSettings
 from rodatlas.atlas.study.folder import PLAN
 from rodatlas.atlas.study.kinds.base import Settings
 from rodatlas.atlas.study.task import Task, task_of, with_requirements
 from rodatlas.continuation.checks import check_each, check_type
+from rodatlas.files import write_text
 
 SCHEMA = "rodatlas/study-plan/1"
 

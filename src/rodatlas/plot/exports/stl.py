@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from rodatlas.continuation.checks import check_type
-from rodatlas.plot.exports.files import replace_file
+from rodatlas.files import replace_file
 from rodatlas.plot.exports.mesh import Mesh
 
 TRIANGLE = np.dtype([("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("attribute", "<u2")])

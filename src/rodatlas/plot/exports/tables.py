@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from rodatlas.continuation.checks import check_has
-from rodatlas.plot.exports.files import replace_file
+from rodatlas.files import replace_file
 
 if TYPE_CHECKING:
     import pandas as pd

@@ -12,7 +12,7 @@ from xml.sax.saxutils import quoteattr
 import numpy as np
 
 from rodatlas.continuation.checks import check_type
-from rodatlas.plot.exports.files import replace_file
+from rodatlas.files import replace_file
 from rodatlas.plot.exports.mesh import ACROSS, Mesh
 
 if TYPE_CHECKING:
