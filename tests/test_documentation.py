@@ -23,6 +23,7 @@ from typing import NamedTuple
 import pytest
 import typer
 
+import rodatlas
 from rodatlas.atlas.study.studyfile import parse_study
 from rodatlas.cli import main
 from rodatlas.cli.app import app
@@ -136,6 +137,11 @@ def test_a_page_runs(
         reader.run(command)
     for block in blocks(page):
         reader.read(block)
+
+
+def test_what_is_made_small_is_as_it_was_again() -> None:
+    for name in ("compute_slice", "compute_loci", "compute_phase", "find_states"):
+        assert getattr(rodatlas, name).__name__ == name
 
 
 def test_nothing_is_left_out() -> None:
