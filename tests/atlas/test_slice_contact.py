@@ -17,8 +17,9 @@ from rodatlas.cli.slice import _table as slice_table
 from rodatlas.cli.solve import _table as solve_table
 from rodatlas.cli.states import _table as states_table
 from rodatlas.cli.tables import say_table
-from rodatlas.plot import color_of, draw_slice, draw_slice_figure
+from rodatlas.plot import color_of, draw_profiles, draw_slice, draw_slice_figure
 from rodatlas.plot.curves import branch_stretches
+from rodatlas.plot.exports.tables import slice_tables
 from rodatlas.plot.panel import label_of
 from rodatlas.rods import NARROW, Ends, self_contact
 from rodatlas.states.discover import Discovery, FoundState
@@ -59,7 +60,7 @@ def test_the_range_grows_with_the_width_of_the_band(touching, u):
     ((_, high),) = contact_ranges(u, touching.settings, NARROW / 2)
     assert high == pytest.approx(EDGE / 2, rel=0.02)
     assert contact_ranges(u, touching.settings, 0.1) == (u.shear,)
-    with pytest.raises(ValueError, match=r"^width: expected a positive number"):
+    with pytest.raises(ValueError, match=r"^width: expected the width over the length, between 0 and 10, got 0"):
         contact_ranges(u, touching.settings, 0.0)
 
 
@@ -71,6 +72,7 @@ def test_slice_says_so_in_its_warnings_json_frame_and_file(touching, u, tmp_path
     assert state["contact"] == [[low, high]]
     json.dumps(state)
     assert list(touching.to_frame().set_index("name").loc["U", "contact"]) == [(low, high)]
+    assert list(slice_tables(touching)["states"]["contact"]) == [f"{low:.6g} {high:.6g}"]
     touching.save(tmp_path / "s.h5")
     assert Slice.load(tmp_path / "s.h5").to_json() == touching.to_json()
 
@@ -97,7 +99,7 @@ def test_one_state_and_a_list_of_states_say_so(touching, u):
     assert one.to_json()["contact"] is True
     first, second = one.to_json()["contact_at"]
     assert first == pytest.approx(1 - second, abs=1e-4)
-    assert (two.to_json()["contact"], two.to_json()["contact_at"]) == (False, None)
+    assert (two.to_json()["contact"], two.to_json()["contact_at"]) == (False, [])
     found = Discovery(Ends(15.0, 0.95, 0.0), (one, two), 1, 1, 2, 0.0, 0.0, None)
     text = printed(states_table(found))
     assert f"{first:.4f} and {second:.4f}" in text
@@ -154,3 +156,9 @@ def test_drawings_of_touching_bands_say_so(touching, u):
     shown = [t.get_text() for t in draw_slice_figure(replace(touching, states=(inner,))).texts]
     assert any("touches itself" in text and text.strip().startswith(r"$\Delta D") for text in shown)
     assert any("$L/80$ wide touches itself where its line is dotted" in text for text in shown)
+
+
+def test_profiles_of_touching_bands_say_so(touching, u):
+    for shear, touches in ((0.0, True), (0.018, False)):
+        texts = draw_profiles({"U": solve_state(u, shear, touching.settings)}).texts
+        assert any(t.get_text() == "U: a band $L/80$ wide touches itself." for t in texts) == touches

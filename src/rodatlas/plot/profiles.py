@@ -10,6 +10,8 @@ import numpy as np
 from rodatlas.continuation.checks import check_type
 from rodatlas.plot.heading import ARCLENGTH_LABEL, CURVATURE_LABEL, TWIST_LABEL, setting_of
 from rodatlas.plot.style import FAINT, TWO_COLUMN, base_name, color_of, label_of, new_figure, styled
+from rodatlas.rods.band import NARROW
+from rodatlas.rods.contact import self_contact
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -90,6 +92,10 @@ def _draw_heading(states: Mapping[str, Solution], fig: Figure) -> None:
         handles, labels, loc="center right", bbox_to_anchor=(0.996, 0.958), ncols=len(labels), handlelength=1.6,
         columnspacing=1.4, handletextpad=0.5, borderaxespad=0.0, fontsize=9.0,
     )  # fmt: skip
+    touching = [label_of(name) for name, state in states.items() if self_contact(state)]
+    if touching:
+        note = f"{', '.join(touching)}: a band $L/{1 / NARROW:.0f}$ wide touches itself."
+        fig.text(0.077, 0.012, note, ha="left", va="bottom", fontsize=NOTE_SIZE)
     members = [n for n in states if base_name(n).endswith("+-") and {n[:-1] + "+", n[:-1] + "-"} - states.keys()]
     if members:
         pairs = "; ".join(f"{label_of(n[:-1] + ('-' if n[-1] == '+' else '+'))} mirrors {label_of(n)}" for n in members)

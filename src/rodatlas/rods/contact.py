@@ -18,7 +18,7 @@ from rodatlas.rods.kinematics import ribbon
 if TYPE_CHECKING:
     from rodatlas.continuation import Solution
 
-SECTIONS = 321  # the polyhedron of so many is within h^2 k1/8 = 1e-5 L of a ribbon with k1 = 10/L
+SECTIONS = 241  # the polyhedron of so many is within h^2 k1/8 = 2e-5 L of a ribbon with k1 = 10/L
 TURN = 20.0  # radians by which a band turns that take as many cross-sections as its whole length if it is straight
 LINES = np.array([-0.5, 0.0, 0.5])  # across the width: both edges; the center line is for planar bands, see _segments
 SLACK = 1e-9  # of a segment and of a triangle, so that a point on a common side of two is on one of them
@@ -62,9 +62,9 @@ def self_contact(solution: Solution, width: float = NARROW, sections: int = SECT
     Raises
     ------
     ValueError
-        when the width is not a positive number, or there are fewer than three sections.
+        when the width is not between 0 and 10, or there are fewer than three sections.
     """
-    width = check_between("width", width, 0.0, np.inf, "a positive number")
+    width = check_between("width", width, 0.0, 10.0, "the width over the length, between 0 and 10")
     if sections < 3:
         raise ValueError(f"sections: expected at least 3, got {sections}")
     s = sections_of(solution, sections)

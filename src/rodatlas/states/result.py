@@ -81,7 +81,7 @@ class FoundState:
             "N0": rod.force[0].tolist(), "M0": rod.moment[0].tolist(), "inflections": rod.inflections,
             "twist": self.twist, "turns": self.turns, "wound": self.wound, "met": self.count,
             "error": self.solution.error, "contact": self.contact is not None,
-            "contact_at": list(self.contact.s) if self.contact else None,
+            "contact_at": list(self.contact.s) if self.contact else [],
         }  # fmt: skip
 
 

@@ -18,10 +18,10 @@ from rodatlas.rods.contact import SECTIONS, may_touch, meeting, sections_of, sel
 from rodatlas.rods.kinematics import ribbon
 
 SPACING = 0.5  # of the width: how far apart in shear states are looked at; strands pass each other within a width
-SLACK = 0.5  # of the width, added to it where a state is only interpolated
+SLACK = 0.25  # of the width, added to it where a state is only interpolated
 ACCURACY = 5e-5  # of the ends, in shear
 MOST = 20  # solutions to locate one end; two or three are usual
-COARSE = 81  # cross-sections at which most interpolated ribbons show that they are far from themselves
+COARSE = 61  # cross-sections at which most interpolated ribbons show that they are far from themselves
 
 Range = tuple[float, float]
 
@@ -49,7 +49,7 @@ def contact_ranges(state: State, settings: SliceSettings, width: float = NARROW)
     Raises
     ------
     ValueError
-        when the width is not a positive number.
+        when the width is not between 0 and 10.
     """
     tested = _Tested(state, settings, width)
     for one, two in pairwise(state.solutions):

@@ -34,7 +34,7 @@ def solution_table(solution: Solution, samples: int = SAMPLES) -> tuple[pd.DataF
 
 def slice_tables(slice_: Any) -> dict[str, pd.DataFrame]:
     """The tables of a :class:`rodatlas.atlas.Slice`: named stable 'states', 'events' (bifurcations), and 'branches'
-    with a row for each computed point, in order along each branch."""
+    with a row for each computed point, in order along each branch. The ranges of shear of self-contact are one text."""
     check_has("slice", slice_, ("settings", "branches", "states"), "a Slice, see compute_slice and Slice.load")
     import pandas as pd
 
@@ -49,7 +49,10 @@ def slice_tables(slice_: Any) -> dict[str, pd.DataFrame]:
         for side, column in enumerate(("index_before", "index_after")):
             events.insert(events.columns.get_loc("index"), column, [pair[side] for pair in events["index"]])
         events = events.drop(columns="index")
-    return {"states": slice_.to_frame(), "events": events, "branches": branches}
+    states = slice_.to_frame()
+    if len(states):
+        states["contact"] = ["; ".join(f"{low:.6g} {high:.6g}" for low, high in spans) for spans in states["contact"]]
+    return {"states": states, "events": events, "branches": branches}
 
 
 def loci_tables(loci: Any) -> dict[str, pd.DataFrame]:
