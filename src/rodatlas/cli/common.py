@@ -22,7 +22,7 @@ SEARCHES = (0, 1_000_000)  # of the search in a slice
 DEFLATIONS = (1, 100_000)
 SAMPLES = (3, 100_000)  # cross-sections of a shape
 
-MOST_SHOWN = 60  # characters of what the user typed
+MOST_SHOWN = 200  # characters of what the user typed
 
 
 def number(field: str, text: str, low: float | None = None, high: float | None = None) -> float:

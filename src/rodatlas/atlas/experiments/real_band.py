@@ -14,7 +14,7 @@ from rodatlas.progress import Progress, silent, tells
 from rodatlas.rods.band import check_number, limiting_shear
 from rodatlas.rods.ends import Ends
 from rodatlas.rods.perfectly_anisotropic import rod_problem
-from rodatlas.rods.reach import state_at
+from rodatlas.rods.reach import NotReached, state_at
 from rodatlas.rods.stability import index_of
 from rodatlas.rods.units import BandUnits, ClampErrors
 from rodatlas.rods.width import width_effect
@@ -131,8 +131,10 @@ def band_report(
 
     Raises
     ------
+    NotReached
+        when the branch of U does not reach so far at this setting.
     ValueError
-        when the branch of U does not reach so far at this setting, or the clamps' error exceeds the length.
+        when the clamps' error exceeds the length.
     """
     check_type("units", units, BandUnits, "BandUnits such as BandUnits(Band(240.0, 3.0, 0.127))")
     check_type("errors", errors, ClampErrors, "ClampErrors such as ClampErrors(1.0, 0.5)")
@@ -142,7 +144,10 @@ def band_report(
     states = []
     for done, e in enumerate(ends):
         tell(f"U at shear {e.shear:.4f}", done, 3 - done)
-        states.append(state_at(e, "U", units.band))
+        try:
+            states.append(state_at(e, "U", units.band))
+        except NotReached as error:
+            raise NotReached(f"U, by which the width is judged: {error}") from None
     tell("first bifurcation of U", 2, 1)
     checks = tuple(_check(s, units) for s in states)
     shear, slopes = _first_bifurcation(states[0], units)
