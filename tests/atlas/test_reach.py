@@ -94,7 +94,7 @@ def test_near_the_limiting_shear_the_slice_decides(slice_15, monkeypatch):
 
 
 def test_where_no_start_converges_the_slice_decides(slice_15, monkeypatch):
-    nothing = replace(find_states(Ends(15.0, 0.5, 0.4), 0.25, "+", 16, stable_only=True), states=())
+    nothing = replace(find_states(Ends(15.0, 0.5, 0.4), 0.25, "+", 16, stable_only=True), states=(), wound_left_out=0)
     monkeypatch.setattr(module, "find_states", lambda *arguments, **options: nothing)
     monkeypatch.setattr(module, "compute_slice", lambda *arguments, **options: slice_15)
     assert nothing.failed

@@ -10,6 +10,7 @@ from dataclasses import replace
 from rodatlas.atlas.loci.cache import LocusCache
 from rodatlas.atlas.loci.numbering import ENDS, Stretch, numbered, pieces, stretches
 from rodatlas.atlas.loci.partners import next_partner, place_of, with_sources
+from rodatlas.atlas.loci.result import KNOWN as KNOWN
 from rodatlas.atlas.loci.result import Loci, LociSettings
 from rodatlas.atlas.slices.follow import Progress
 from rodatlas.atlas.slices.result import Event, Slice
@@ -27,7 +28,6 @@ from rodatlas.continuation import (
 from rodatlas.rods.perfectly_anisotropic import rod_problem
 
 PLANE = ("dD", "psi0")
-KNOWN = tuple(range(19))
 IMAGE = 6  # digits of shear to which a bifurcation agrees with its image in the shear mirror
 ANGLES = {16: 55.0, 17: 60.0}  # degrees at which a slice has these bifurcations; the others come from that at 15
 

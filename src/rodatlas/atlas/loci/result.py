@@ -22,6 +22,8 @@ if TYPE_CHECKING:
 
 SCHEMA = "rodatlas/loci/1"
 ALGORITHM = 1  # raised with every change of the program after which loci hold something else
+KNOWN = tuple(range(19))
+"""The paper's numbers of bifurcations."""
 REFERENCE_SHEARS = (-0.1, 0.86)  # range at compression 1/2; the same parts of the limiting shear at others
 
 
@@ -145,7 +147,15 @@ class Loci:
         return f"Loci({len(self.curves)} curves with the loci {', '.join(map(str, numbers))})"
 
     def numbered(self, number: int) -> Piece | None:
-        """The locus of a number."""
+        """The locus of a number; None where it was not followed or not found.
+
+        Raises
+        ------
+        ValueError
+            for a number that no bifurcation has.
+        """
+        if number not in KNOWN:
+            raise ValueError(f"number: expected one of {KNOWN[0]} to {KNOWN[-1]}, got {number}")
         return next((p for p in self.pieces if p.number == number), None)
 
     def events(self) -> tuple[PlaneEvent, ...]:
