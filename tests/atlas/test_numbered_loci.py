@@ -148,6 +148,12 @@ def test_some_loci_are_told_as_all_are(numbers, loci, slice_15):
         assert said == ["locus 6, from which 14 may come", "locus 8, which may meet 14"]
 
 
+def test_numbers_that_no_bifurcation_has(loci):
+    assert loci.numbered(17) is None
+    with pytest.raises(ValueError, match=r"^number: expected one of 0 to 18, got 19$"):
+        loci.numbered(19)
+
+
 def test_two_bifurcations_of_one_number_are_said(slice_15):
     """As at dL = 0.95, where two mirror images of W may end at pitchforks of their own."""
     moved = [

@@ -1,4 +1,4 @@
-"""Two stable states called W: at dL = 0.95 its branch folds back over dD = 0, and mirror images of each other coexist."""
+"""Two stable states called W: at dL = 0.95 mirror images of each other coexist around dD = 0."""
 
 import pytest
 

@@ -155,7 +155,15 @@ class Loci:
         return self.settings.identity_of(self.wanted)
 
     def numbered(self, number: int) -> Piece | None:
-        """The locus of a number."""
+        """The locus of a number; None where it was not followed or not found.
+
+        Raises
+        ------
+        ValueError
+            for a number that no bifurcation has.
+        """
+        if number not in KNOWN:
+            raise ValueError(f"number: expected one of {KNOWN[0]} to {KNOWN[-1]}, got {number}")
         return next((p for p in self.pieces if p.number == number), None)
 
     def events(self) -> tuple[PlaneEvent, ...]:

@@ -93,8 +93,7 @@ def _reach(
     ----------
     held : the states of that name that are known at the place; what arrives at one of them is no other state.
     """
-    known: list[Solution] = list(held)
-    starts: list[Point] = []
+    known, starts = list(held), list[Point]()
     for one, shear in sorted(donors, key=lambda d: abs(d[0].settings.angle_deg - place[0]))[:3]:
         start = (one.settings.angle_deg, shear)
         path = _path(ring, start, place)
