@@ -5,7 +5,8 @@ import itertools
 import numpy as np
 import pytest
 
-from rodatlas.plot import color_of, draw_slice, draw_slice_figure
+from rodatlas.atlas import coexisting_states
+from rodatlas.plot import color_of, draw_profiles, draw_slice, draw_slice_figure
 from rodatlas.plot.curves import Stretch
 from rodatlas.plot.overlaps import NEAR, RUN, draw_overlaps, overlaps_of
 from rodatlas.plot.style import STABLE_WIDTH, new_figure
@@ -28,7 +29,7 @@ def curve(name, height, left=0.0, right=1.44, *, stable=True):
     return Stretch(np.column_stack([x, np.broadcast_to(height(x), x.shape)]), stable, name, name or "")
 
 
-def test_runs_of_different_states_are_found_and_crossings_are_not():
+def test_runs_of_two_states_are_found_and_crossings_are_not():
     ax = axes()
     flat = curve("U", lambda x: 0 * x)
     near = curve("TU+-", lambda x: 0 * x + 0.005, 0.2, 0.8)
@@ -38,7 +39,7 @@ def test_runs_of_different_states_are_found_and_crossings_are_not():
     assert overlaps_of([flat, curve("TU+-", lambda x: 2.0 * (x - 0.7))], ax) == []  # a crossing
     assert overlaps_of([flat, curve("TU+-", lambda x: 0 * x + 0.012 * NEAR)], ax) == []  # apart
     assert overlaps_of([flat, curve("TU+-", lambda x: 0 * x, 0.2, 0.2 + 0.01 * (RUN - 2 * NEAR - 1))], ax) == []
-    assert overlaps_of([flat, curve("U", lambda x: 0 * x)], ax) == []  # one name, one color
+    assert len(overlaps_of([flat, curve("U", lambda x: 0 * x + 0.005)], ax)) == 1  # two states of one name
     assert overlaps_of([flat, curve(None, lambda x: 0 * x, stable=False)], ax) == []
 
 
@@ -64,8 +65,23 @@ def test_all_colors_are_seen_along_curves_that_coincide(count):
         assert share == pytest.approx(1 / count, abs=0.12)
 
 
-def test_u_and_tu_are_told_apart_at_15_degrees(slice_15):
-    for ax in (draw_slice(slice_15), draw_slice_figure(slice_15).axes[0]):
+def test_planar_states_have_no_twist_and_both_are_seen_in_the_profiles(slice_15):
+    states = coexisting_states(slice_15, 0.0)
+    figure = draw_profiles({name: states[name] for name in ("U", "W")})
+    counts = [len([x for x in ax.lines if x.is_dashed()]) for ax in figure.axes]
+    assert counts[1] == 1  # twist
+    (dashes,) = [x for x in figure.axes[1].lines if x.is_dashed()]
+    assert dashes.get_color() == color_of("U")
+    assert np.ptp(dashes.get_xdata()) == pytest.approx(1.0, abs=0.01)
+
+
+@pytest.fixture(scope="module")
+def diagrams(slice_15):
+    return draw_slice(slice_15), draw_slice_figure(slice_15).axes[0]
+
+
+def test_u_and_tu_are_told_apart_at_15_degrees(diagrams, slice_15):
+    for ax in diagrams:
         assert {line.get_color() for line in lines(ax, "alternating")} == {color_of("U")}
         (panel,) = ax.child_axes
         assert {"U", "TU±"} <= {t.get_text() for t in panel.texts}
@@ -78,8 +94,8 @@ def test_u_and_tu_are_told_apart_at_15_degrees(slice_15):
         assert abs(apart) > 1.5 * STABLE_WIDTH
 
 
-def test_a_panel_covers_no_curve_and_no_label(slice_15):
-    for ax in (draw_slice(slice_15), draw_slice_figure(slice_15).axes[0]):
+def test_a_panel_covers_no_curve_and_no_label(diagrams):
+    for ax in diagrams:
         (panel,) = ax.child_axes
         renderer = ax.figure.canvas.get_renderer()
         box = panel.get_tightbbox(renderer)

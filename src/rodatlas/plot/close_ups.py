@@ -55,6 +55,7 @@ def draw_close_ups(panels: Sequence[Panel]) -> Figure:
             angle = panel.slice.settings.angle_deg
             ax.set_title(f"({'abcdefghij'[k]})  {equation('psi0', angle)}", loc="left", pad=4.0)
             ax.locator_params(nbins=5)
+            ax.locator_params(axis="x", prune="upper")  # a number at the corner would meet the next panel
             label_events(drawn, ax)
             label_states(drawn, ax)
             if row == rows - 1 or k == len(panels) - 2:

@@ -15,6 +15,7 @@ from rodatlas.plot.style import INK, UNSTABLE
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
+    from scipy.spatial import KDTree
 
 Window = tuple[tuple[float, float], tuple[float, float]]
 """Ranges of shear and of height."""
@@ -25,6 +26,7 @@ STEP = 4.0  # between the places that are tried, in points
 AIR = 0.4  # of the extent of both curves, above and below them
 LEAST = 3.0  # heights are stretched at least so many times
 MOST = 2  # panels in a diagram
+PER_POINT = 0.1  # price of a point of distance between a window and its panel
 ROUND_OFF = 1e-6  # curves nearer than this are not told apart by stretching
 
 
@@ -76,23 +78,28 @@ def _window(overlap: Overlap) -> Window | None:
 
 def _free_place(seen: np.ndarray, points: np.ndarray, drawn: Drawn, ax: Axes) -> np.ndarray | None:
     """Lower left and upper right corner (2, 2) of a panel where nothing is covered, near its window `seen`."""
+    from scipy.spatial import KDTree
+
     left, bottom, right, top = drawn.obstacles.border
-    taken = np.array(drawn.obstacles.boxes).reshape(-1, 4)
+    taken, tree = np.array(drawn.obstacles.boxes).reshape(-1, 4), KDTree(points)
     for size in SIZES:
-        best: tuple[float, np.ndarray | None] = (np.inf, None)
         xs = np.arange(left + BESIDE, right - size[0] - BESIDE, STEP)
         ys = np.arange(bottom + BELOW, top - size[1] - ABOVE, STEP)
-        for corner in product(xs, ys):
-            box = np.array([corner, np.add(corner, size)])
+        boxes = [np.array([corner, np.add(corner, size)]) for corner in product(xs, ys)]
+        best, chosen = np.inf, None
+        for length, box in sorted(((_length(seen, box), box) for box in boxes), key=lambda pair: pair[0]):
+            if PER_POINT * length >= best:  # those that follow are farther away
+                break
             low, high = _with_numbers(box, _at_right(seen, box))
             if low[0] < left or high[0] > right or ((points > low) & (points < high)).all(axis=1).any():
                 continue
             if _touched(taken, low, high).any():
                 continue
-            price = _price(seen, box, points, taken)
-            best = min(best, (price, box), key=lambda pair: pair[0])
-        if best[1] is not None:
-            return best[1]
+            price = PER_POINT * length + _crossed(_connectors(seen, box), tree, taken)
+            if price < best:
+                best, chosen = price, box
+        if chosen is not None:
+            return chosen
     return None
 
 
@@ -112,15 +119,17 @@ def _touched(boxes: np.ndarray, low: np.ndarray, high: np.ndarray) -> np.ndarray
     return np.all((boxes[:, :2] < high) & (boxes[:, 2:] > low), axis=1)
 
 
-def _price(seen: np.ndarray, box: np.ndarray, points: np.ndarray, taken: np.ndarray) -> float:
-    """Length of the lines from the window to the panel, and what they cross."""
-    price = 0.0
-    for line in _connectors(seen, box):
-        samples = dense(line, 3.0)[2:]
-        price += 0.05 * float(np.hypot(*(line[1] - line[0])))
-        price += 8.0 * float(sum(_touched(taken, p - 1.5, p + 1.5).any() for p in samples))
-        price += 0.3 * float(sum((np.abs(points - p).max(axis=1) < 2.0).any() for p in samples))
-    return price
+def _length(seen: np.ndarray, box: np.ndarray) -> float:
+    """Distance of the middles of the window and the panel."""
+    return float(np.hypot(*(box.mean(axis=0) - seen.mean(axis=0))))
+
+
+def _crossed(lines: list[np.ndarray], tree: KDTree, taken: np.ndarray) -> float:
+    """Price of the curves and labels that the lines from the window to the panel cross."""
+    samples = np.concatenate([np.empty((0, 2)), *(dense(line, 3.0)[2:] for line in lines)])
+    near = tree.query(samples, distance_upper_bound=2.0)[0] < 2.0
+    labels = sum(bool(_touched(taken, p - 1.5, p + 1.5).any()) for p in samples)
+    return 0.3 * float(near.sum()) + 8.0 * labels
 
 
 def _connectors(seen: np.ndarray, box: np.ndarray) -> list[np.ndarray]:

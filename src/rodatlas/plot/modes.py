@@ -10,7 +10,7 @@ from rodatlas.plot.heading import ARCLENGTH_LABEL, setting_of
 from rodatlas.plot.panel import NOTE_SIZE
 from rodatlas.plot.render import draw_triad, render_band
 from rodatlas.plot.sequence import SEQUENCE
-from rodatlas.plot.style import FAINT, TWO_COLUMN, color_of, new_figure, styled
+from rodatlas.plot.style import FAINT, TWO_COLUMN, color_of, label_of, new_figure, styled
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -75,7 +75,7 @@ def draw_mode(mode: ModeLike, amplitude: float, name: str = "W") -> Figure:
             ax.legend(loc="upper right", ncols=3, handlelength=2.2, columnspacing=1.0, borderaxespad=0.2)
         fig.text(0.078, 0.965, setting_of(first), va="center", ha="left", fontsize=9.0)
         bands = {
-            rf"moved by $-{amplitude:g}\,L$": mode.moved(-amplitude), f"{name}, planar": first,
+            rf"moved by $-{amplitude:g}\,L$": mode.moved(-amplitude), f"{label_of(name)}, in equilibrium": first,
             rf"moved by $+{amplitude:g}\,L$": mode.moved(amplitude),
         }  # fmt: skip
         _draw_bands(bands, name, fig)

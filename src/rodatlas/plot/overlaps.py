@@ -1,4 +1,4 @@
-"""Where the curves of two stable states run on each other in a diagram, and how both are made to be seen there."""
+"""Where curves run on each other, and how all of them are made to be seen there."""
 
 from __future__ import annotations
 
@@ -15,6 +15,7 @@ from rodatlas.plot.style import STABLE_WIDTH, color_of
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
+    from matplotlib.lines import Line2D
 
 NEAR = 1.5 * STABLE_WIDTH  # points: curves nearer than this look like one line
 RUN = 12.0  # points: a shorter run is a crossing, or the place where one branch leaves another
@@ -43,15 +44,14 @@ class Overlap:
 
 
 def overlaps_of(stretches: Sequence[Stretch], ax: Axes) -> list[Overlap]:
-    """Runs of differently named stable states that look like one line on axes whose limits and place are final."""
+    """Runs of two stable states, of one name or of two, that look like one line on axes whose limits are final."""
     box = np.array(axes_box(ax, 0.0))
     stable = [(s, dense(to_points(ax, s.xy), SPACING)) for s in stretches if s.stable and len(s.xy) > 1]
     found = []
     for (hidden, below), (top, above) in combinations(stable, 2):
-        if color_of(hidden.name) != color_of(top.name):
-            for run in _runs(below, above, box):
-                over = np.concatenate([run[:0], *_runs(above, run, box, 0.0)])
-                found.append(Overlap(hidden, top, _to_data(run, ax), _to_data(over, ax)))
+        for run in _runs(below, above, box):
+            over = np.concatenate([run[:0], *_runs(above, run, box, 0.0)])
+            found.append(Overlap(hidden, top, _to_data(run, ax), _to_data(over, ax)))
     return found
 
 
@@ -63,12 +63,39 @@ def draw_overlaps(overlaps: Sequence[Overlap], ax: Axes) -> None:
     ----------
     overlaps : all those with that stretch on top.
     """
-    names = list(dict.fromkeys(o.hidden.name for o in overlaps))
-    for overlap in overlaps:
-        k = names.index(overlap.hidden.name) + 1
+    _alternate([(o.xy, color_of(o.hidden.name)) for o in overlaps], ax, lw=STABLE_WIDTH, zorder=3, gid="alternating")
+
+
+def draw_coinciding(lines: Sequence[Line2D], ax: Axes) -> None:
+    """Where solid lines of different colors hide each other, let their colors alternate.
+
+    Parameters
+    ----------
+    lines : on axes whose limits and place are final; those that come later lie above the others.
+    """
+    box = np.array(axes_box(ax, 0.0))
+    points = [dense(to_points(ax, np.asarray(line.get_xydata())), SPACING) for line in lines]
+    for k, line in enumerate(lines):
+        order = 2.0 + 0.01 * k
+        line.set_zorder(order)
+        below = [(p, str(x.get_color())) for p, x in zip(points[:k], lines, strict=False)]
+        runs = [
+            (_to_data(run, ax), color) for p, color in below if color != line.get_color()
+            for run in _runs(p, points[k], box)
+        ]  # fmt: skip
+        _alternate(runs, ax, lw=line.get_linewidth(), zorder=order)
+
+
+def _alternate(
+    runs: Sequence[tuple[np.ndarray, str]], ax: Axes, *, lw: float, zorder: float, gid: str | None = None
+) -> None:  # fmt: skip
+    """Dashes along hidden runs (n, 2), one color after the other, with one dash of the curve on top between."""
+    colors = list(dict.fromkeys(color for _, color in runs))
+    for xy, color in runs:
+        k = colors.index(color) + 1
         ax.plot(
-            *overlap.xy.T, color=color_of(overlap.hidden.name), lw=STABLE_WIDTH, zorder=3, gid="alternating",
-            ls=(-k * DASH, (DASH, len(names) * DASH)), dash_capstyle="butt",
+            *xy.T, color=color, lw=lw, zorder=zorder, dash_capstyle="butt", gid=gid,
+            ls=(-k * DASH, (DASH, len(colors) * DASH)),
         )  # fmt: skip
 
 

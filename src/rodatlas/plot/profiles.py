@@ -9,6 +9,7 @@ import numpy as np
 
 from rodatlas.continuation.checks import check_type
 from rodatlas.plot.heading import ARCLENGTH_LABEL, CURVATURE_LABEL, TWIST_LABEL, setting_of
+from rodatlas.plot.overlaps import draw_coinciding
 from rodatlas.plot.style import FAINT, TWO_COLUMN, base_name, color_of, label_of, new_figure, styled
 from rodatlas.rods.band import NARROW
 from rodatlas.rods.contact import self_contact
@@ -22,6 +23,7 @@ if TYPE_CHECKING:
 SAMPLES = 601
 HEIGHT = 4.5
 NOTE_SIZE = 7.0
+LEAST_SPAN = 1e-3  # of an axis: a planar band has no twist, and round-off is not shown as one
 
 
 def energy_density(solution: Solution, s: np.ndarray) -> np.ndarray:
@@ -71,15 +73,19 @@ def draw_profiles(states: Mapping[str, Solution]) -> Figure:
 def _draw_panel(curves: Mapping[str, np.ndarray], s: np.ndarray, letter: str, title: str, ax: Axes) -> None:
     """One field of all states over the arclength."""
     ax.axhline(0.0, color=FAINT, lw=0.5, zorder=0.5)
+    solid = []
     for name, values in curves.items():
         mirrored = name.endswith("-") and f"{name[:-1]}+" in curves
         style: dict[str, Any] = {"lw": 1.0, "ls": (0, (3.0, 1.2))} if mirrored else {"lw": 1.3, "ls": "-"}
-        ax.plot(s, values, color=color_of(name), label=label_of(name), gid=name, **style)
+        (line,) = ax.plot(s, values, color=color_of(name), label=label_of(name), gid=name, **style)
+        solid += [] if mirrored else [line]
     ax.set_xlim(0.0, 1.0)
     low = min(float(v.min()) for v in curves.values())
     high = max(float(v.max()) for v in curves.values())
-    span = max(high - low, 1e-9)
-    ax.set_ylim(low - 0.06 * span, high + 0.16 * span)
+    missing = max(LEAST_SPAN - (high - low), 0.0)
+    low, high = low - 0.5 * missing, high + 0.5 * missing
+    ax.set_ylim(low - 0.06 * (high - low), high + 0.16 * (high - low))
+    draw_coinciding(solid, ax)
     ax.set_ylabel(title)
     ax.text(0.018, 0.965, f"({letter})", transform=ax.transAxes, va="top", ha="left")
 

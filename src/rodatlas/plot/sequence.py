@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from rodatlas.plot.heading import ARCLENGTH_LABEL, CURVATURE_LABEL, TWIST_LABEL, equation, setting_of
+from rodatlas.plot.overlaps import draw_coinciding
 from rodatlas.plot.panel import NAME_SIZE
 from rodatlas.plot.profiles import SAMPLES
 from rodatlas.plot.render import draw_triad, render_band
@@ -42,9 +43,12 @@ def draw_sequence(states: Sequence[Solution], parameter: str) -> Figure:
         fields = (("k1", CURVATURE_LABEL), ("tau", TWIST_LABEL))
         for letter, ax, (name, title) in zip("ab", panels, fields, strict=True):
             ax.axhline(0.0, color=FAINT, lw=0.5, zorder=0.5)
-            for color, state in zip(SEQUENCE, states, strict=False):
-                ax.plot(s, state(s, name), color=color, lw=1.3, gid=f"{state[parameter]:g}")
+            lines = [
+                ax.plot(s, state(s, name), color=color, lw=1.3, gid=f"{state[parameter]:g}")[0]
+                for color, state in zip(SEQUENCE, states, strict=False)
+            ]
             ax.set_xlim(0.0, 1.0)
+            draw_coinciding(lines, ax)
             ax.set_xlabel(ARCLENGTH_LABEL)
             ax.set_ylabel(title, labelpad=2.0)
             ax.text(0.018, 0.965, f"({letter})", transform=ax.transAxes, va="top", ha="left")
