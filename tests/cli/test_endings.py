@@ -12,7 +12,8 @@ import pytest
 import rodatlas.cli.show
 from rodatlas.atlas.study import TasksFailed
 from rodatlas.cli import main
-from rodatlas.cli.common import json_target, number, put_json, whole_number
+from rodatlas.cli.common import number, whole_number
+from rodatlas.cli.output import json_target
 from rodatlas.continuation import NotConverged
 from rodatlas.continuation.newton import NewtonCode
 from rodatlas.rods import Band, BandUnits, Ends
@@ -101,11 +102,11 @@ def test_output_that_has_no_room_is_one_line(tmp_path):
         "rodatlas: output: expected room and a place to write to, got an error (No space left on device)\n"
     )
     with pytest.raises(ValueError, match=r"^json: expected a file that can be written, got '/dev/full' \(No space"):
-        put_json("{}", "/dev/full", json_target("/dev/full"))
+        json_target("/dev/full").write("{}", {})
 
 
 def test_devices_are_written_to_and_not_replaced():
-    put_json("{}", os.devnull, json_target(os.devnull))
+    json_target(os.devnull).write("{}", {})
     assert not os.path.isfile(os.devnull)
 
 
@@ -113,7 +114,7 @@ def test_a_new_folder_for_json_is_made_when_the_result_is_there(tmp_path):
     wanted = str(tmp_path / "a/b/x.json")
     target = json_target(wanted)
     assert list(tmp_path.iterdir()) == []
-    put_json("{}", wanted, target)
+    target.write("{}", {})
     assert (tmp_path / "a/b/x.json").read_text() == "{}"
 
 

@@ -273,7 +273,7 @@ def test_no_change_inside_a_file_is_a_fault_of_the_program(capsys, right, tmp_pa
     noticed = 0
     for what, path in broken(right / f"{kind}.h5", tmp_path):
         with pytest.raises(SystemExit) as stop:
-            main(["export", path.name, "--out", "x.csv"])
+            main(["export", path.name, "--out", "x.csv", "--overwrite"])
         _, err = capsys.readouterr()
         assert stop.value.code in (0, 2), f"{what}: {err}"
         if stop.value.code == 2:

@@ -23,7 +23,7 @@ def run(wanted: Sequence[str], out: str, workers: str | None, json_to: JsonTarge
     """The command; texts come as typed and are checked here."""
     entries = chosen(wanted)
     processes = whole_number("workers", workers, WORKERS) if workers is not None else os.cpu_count() or 1
-    identity = {"rodatlas": __version__, "folder": str(Path(out).resolve())}
+    identity = {"rodatlas": __version__, "folder": os.path.abspath(out)}
     json_to.expect(identity)
     folder = writable_folder(out)
     from rodatlas.paper.output import stored_records, to_json

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -32,7 +33,7 @@ def run(folder: str, check: bool, json_to: JsonTarget) -> None:
 
     if not folder.strip():
         raise ValueError(f"folder: expected a folder with results, got '{folder}'")
-    identity = {"folder": str(Path(folder).resolve())}
+    identity = {"folder": os.path.abspath(folder)}
     json_to.expect(identity)
     with progress_bar("reading", lines=False):
         found = list_folder(Path(folder), thorough=check)

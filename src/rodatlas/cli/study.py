@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import re
 import time
 from collections import Counter
@@ -40,7 +41,7 @@ def run(
         raise ValueError(f"workers: expected no --workers beside --scheduler, which has its own, got {count}")
     study = Study.load(file)
     identity = {
-        "rodatlas": __version__, "name": study.name, "folder": str(Path(out).resolve()), "dry_run": dry_run,
+        "rodatlas": __version__, "name": study.name, "folder": os.path.abspath(out), "dry_run": dry_run,
         "tasks": [t.file for t in study.tasks],
     }  # fmt: skip
     json_to.expect(identity)
