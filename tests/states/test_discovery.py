@@ -6,7 +6,7 @@ import re
 import numpy as np
 import pytest
 
-from rodatlas.cli.app import main
+from rodatlas.cli import main
 from rodatlas.continuation import MeshControl, TraceOptions, solve
 from rodatlas.rods import Ends, index_of, reduced_problem, rod_problem, to_reduced
 from rodatlas.rods.perfectly_anisotropic import CONSTANTS
