@@ -55,7 +55,17 @@ if TYPE_CHECKING:
         trace,
     )
     from rodatlas.plot import band_surface, draw_loci, draw_phase, draw_profiles, draw_slice, render_band, save_figure
-    from rodatlas.rods import Band, BandUnits, Ends, RodState, index_of, limiting_shear, rod_problem, state_at
+    from rodatlas.rods import (
+        Band,
+        BandUnits,
+        Ends,
+        RodState,
+        index_of,
+        limiting_shear,
+        rod_problem,
+        self_contact,
+        state_at,
+    )
     from rodatlas.states import Discovery, find_states
 
 __version__ = "0.1.0"
@@ -73,7 +83,10 @@ _NAMES = {
     "plot": (
         "band_surface", "draw_loci", "draw_phase", "draw_profiles", "draw_slice", "render_band", "save_figure",
     ),
-    "rods": ("Band", "BandUnits", "Ends", "RodState", "index_of", "limiting_shear", "rod_problem", "state_at"),
+    "rods": (
+        "Band", "BandUnits", "Ends", "RodState", "index_of", "limiting_shear", "rod_problem", "self_contact",
+        "state_at",
+    ),
     "states": ("Discovery", "find_states"),
 }  # fmt: skip
 _HOME = {name: package for package, names in _NAMES.items() for name in names}
@@ -83,8 +96,8 @@ __all__ = [  # the names of _NAMES, written out for tools that read and do not r
     "PhaseDiagram", "PhaseSettings", "RodState", "Slice", "SliceSettings", "Solution", "StepControl", "Symmetry",
     "TraceOptions", "band_surface", "coexisting_states", "compute_loci", "compute_phase", "compute_slice", "draw_loci",
     "draw_phase", "draw_profiles", "draw_slice", "end_value", "find_states", "follow_locus", "index_of", "integral_of",
-    "limiting_shear", "other_solutions", "render_band", "rod_problem", "save_figure", "solve", "solve_state",
-    "state_at", "switch", "switch_all", "trace",
+    "limiting_shear", "other_solutions", "render_band", "rod_problem", "save_figure", "self_contact", "solve",
+    "solve_state", "state_at", "switch", "switch_all", "trace",
 ]  # fmt: skip
 
 if not TYPE_CHECKING:  # else any name would pass a type checker

@@ -167,6 +167,7 @@ def draw_region(diagram: Any, name: str, ax: Axes | None = None) -> Axes:
     ValueError
         when the diagram has no such state.
     """
+    check_has("diagram", diagram, ("settings", "faces", "names"), "a PhaseDiagram, see PhaseDiagram.load")
     if name not in diagram.names:
         raise ValueError(f"name: expected one of {', '.join(diagram.names)}, got '{name}'")
     frame = diagram.settings.frame
