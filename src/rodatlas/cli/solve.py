@@ -47,7 +47,8 @@ def run(
         "rodatlas": __version__, "state": label, "angle_deg": settings.angle_deg, "shear": value,
         "compression": settings.compression, "poisson": settings.poisson, "tolerance": settings.tolerance,
     }  # fmt: skip
-    path = file_target(f"out/{_stem(label, value, settings)}.h5" if out is None else out).with_suffix(".h5")
+    path = file_target(f"out/{_stem(label, value, settings)}.h5" if out is None else out)
+    path = path if path.suffix == ".h5" else path.with_name(f"{path.name}.h5")
     if not overwrite:
         _expect(path, identity)
     with progress_bar(f"{state} at {settings.angle_deg:g} deg, shear {value:g}") as report:
