@@ -80,7 +80,7 @@ HEAD = "state,shear_min,shear_max,unit,width,band,error\n"
         (HEAD + "U,0,0.2,,-1/8,,\n", ", line 2, column width: expected the width over the length, .* got -0.125"),
         (HEAD + "U,0,0.2,,3 mm,,\n", ", line 2, column width: expected the width over the length where no band"),
         (HEAD + "U,0,0.2,,,240x3,\n", ", line 2, column band: expected LENGTHxWIDTHxTHICKNESS in mm .*, got '240x3'"),
-        (HEAD + "U,0,0.2,,,240x0x1,\n", ", line 2, column band: expected a positive length, got 0.0"),
+        (HEAD + "U,0,0.2,,,240x0x1,\n", ", line 2, column band: expected a positive length from .*, got 0.0"),
         (HEAD + "U,0,0.2,,,,-1\n", ", line 2, column error: expected a number of at least 0, got -1"),
     ],
 )

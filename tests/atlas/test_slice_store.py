@@ -1,5 +1,6 @@
 """A slice survives its file; an interrupted one resumes; other settings never mix in; a damaged file is named."""
 
+import os
 import subprocess
 import sys
 from dataclasses import replace
@@ -7,9 +8,12 @@ from dataclasses import replace
 import h5py
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
 from rodatlas.atlas import FolderCache, Slice, SliceSettings, compute_slice
-from rodatlas.atlas.slices.store import stored_slice
+from rodatlas.atlas.slices.obtain import obtain_slice, stem_of, stored_slice
+from rodatlas.atlas.study import list_folder
 
 
 class Interrupt(KeyboardInterrupt):
@@ -57,13 +61,31 @@ def test_other_settings_start_afresh(tmp_path, slice_15):
     assert len(FolderCache(tmp_path, SliceSettings(15.0, poisson=0.3))) == 0
 
 
-def test_damaged_branch_file_is_named(tmp_path, slice_15):
-    cache = FolderCache(tmp_path, SliceSettings(15.0))
+def test_a_damaged_branch_is_computed_again(tmp_path, slice_15):
+    said = []
+    cache = FolderCache(tmp_path, SliceSettings(15.0), say=said.append)
     cache.put("U", slice_15.branches[0].followed.branch)
     path = tmp_path / "U.h5"
     path.write_bytes(path.read_bytes()[:1000])
-    with pytest.raises(ValueError, match=r"U\.h5: expected"):
-        cache.get("U")
+    assert cache.get("U") is None
+    assert f"{tmp_path.name}/U.h5 is damaged and is computed again" in said[0]
+    assert not path.exists()
+
+
+def test_a_folder_of_somebody_else_is_left_alone(tmp_path):
+    (tmp_path / "data.h5").write_bytes(b"mine")
+    with pytest.raises(ValueError, match=r"out: expected no folder named"):
+        FolderCache(tmp_path, SliceSettings(15.0))
+    assert (tmp_path / "data.h5").read_bytes() == b"mine"
+
+
+def test_a_damaged_record_of_settings_loses_no_curve(tmp_path, slice_15):
+    said = []
+    FolderCache(tmp_path / "s", SliceSettings(15.0)).put("U", slice_15.branches[0].followed.branch)
+    (tmp_path / "s" / "settings.json").write_text("{")
+    assert len(FolderCache(tmp_path / "s", SliceSettings(15.0), say=said.append)) == 0
+    assert (tmp_path / "s.damaged" / "U.h5").exists()
+    assert "kept as s.damaged" in said[0]
 
 
 @pytest.fixture(scope="module")
@@ -108,15 +130,148 @@ def test_slice_without_anything_survives_its_file(tmp_path):
 
 
 def test_only_a_slice_of_the_wanted_settings_and_version_is_taken(file_30, tmp_path):
-    assert stored_slice(file_30, SliceSettings(30.0)).state("w", 0.625)
-    assert stored_slice(file_30, SliceSettings(30.0, poisson=0.3)) is None
-    assert stored_slice(tmp_path / "none.h5", SliceSettings(30.0)) is None
-    old = tmp_path / "old.h5"
-    old.write_bytes(file_30.read_bytes())
-    with h5py.File(old, "r+") as file:
+    here, other = tmp_path / "slice-30.h5", tmp_path / "slice-30-nu0.3.h5"
+    for path in (here, other):
+        path.write_bytes(file_30.read_bytes())
+    assert stored_slice(tmp_path, SliceSettings(30.0)).state("w", 0.625)
+    assert stored_slice(tmp_path, SliceSettings(30.0, poisson=0.3)) is None
+    assert stored_slice(tmp_path, SliceSettings(45.0)) is None
+    with h5py.File(here, "r+") as file:
         file.attrs["identity"] = file.attrs["identity"].replace('"rodatlas": "', '"rodatlas": "0.0.')
-    assert stored_slice(old, SliceSettings(30.0)) is None
-    assert Slice.load(old).settings == SliceSettings(30.0)
+    assert stored_slice(tmp_path, SliceSettings(30.0)) is None
+    assert Slice.load(here).settings == SliceSettings(30.0)
+
+
+SMALL = SliceSettings(15.0, shear_max=0.02, shear_min=0.0, tolerance=1e-6, search=0)  # about a second
+
+
+def cut(path):
+    path.write_bytes(path.read_bytes()[:-1000])
+
+
+def other_version(path):
+    with h5py.File(path, "r+") as file:
+        file.attrs["identity"] = file.attrs["identity"].replace('"rodatlas": "', '"rodatlas": "0.0.')
+
+
+@pytest.mark.parametrize(("damage", "reason"), [(cut, "damaged"), (other_version, "other")])
+def test_what_cannot_be_used_is_kept_and_computed_again(tmp_path, damage, reason):
+    """Twice: the second does not replace the first that was kept."""
+    path = tmp_path / f"{stem_of(SMALL)}.h5"
+    first = obtain_slice(SMALL, tmp_path)
+    kept = []
+    for _ in range(2):
+        damage(path)
+        kept.append(path.read_bytes())
+        said = []
+        assert obtain_slice(SMALL, tmp_path, say=said.append).to_json()["states"] == first.to_json()["states"]
+        assert f"it is kept as {path.name}.{reason}" in said[0]
+    assert (tmp_path / f"{path.name}.{reason}").read_bytes() == kept[0]
+    assert (tmp_path / f"{path.name}.{reason}-2").read_bytes() == kept[1]
+    assert Slice.load(path).settings == SMALL
+
+
+def test_curves_that_a_kill_left_beside_a_finished_slice_go(tmp_path):
+    """As after a kill between the two: the file is complete, its curves and half-written files are still there."""
+    found = obtain_slice(SMALL, tmp_path)
+    path = tmp_path / f"{stem_of(SMALL)}.h5"
+    for leave in (lambda: obtain_slice(SMALL, tmp_path), lambda: list_folder(tmp_path)):
+        cache = FolderCache(tmp_path / path.stem, SMALL)
+        cache.put("U", found.branches[0].followed.branch)
+        (tmp_path / f".{path.name}.0123456789ab.partial").write_bytes(b"half")
+        gone = tmp_path / f".{path.stem}.0123456789ab.partial"
+        gone.mkdir()
+        (gone / "U.h5").write_bytes(b"curve")
+        for old in (gone, tmp_path / f".{path.name}.0123456789ab.partial"):
+            os.utime(old, (0, 0))
+        leave()
+        assert [p.name for p in tmp_path.iterdir()] == [path.name]
+    # those of an unfinished slice stay
+    FolderCache(tmp_path / path.stem, replace(SMALL, poisson=0.3)).put("U", found.branches[0].followed.branch)
+    assert [e.status for e in list_folder(tmp_path).entries] == ["partial", "complete"]
+
+
+def test_curves_are_left_while_another_process_is_at_them(tmp_path):
+    found = obtain_slice(SMALL, tmp_path)
+    path = tmp_path / f"{stem_of(SMALL)}.h5"
+    FolderCache(tmp_path / path.stem, SMALL).put("U", found.branches[0].followed.branch)
+    code = (
+        "import sys\nfrom pathlib import Path\nfrom rodatlas.files import claimed\n"
+        "with claimed(Path(sys.argv[1])):\n    print('held', flush=True)\n    sys.stdin.read()\n"
+    )
+    other = subprocess.Popen(
+        [sys.executable, "-c", code, str(path)], stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True
+    )
+    assert other.stdout.readline() == "held\n"
+    assert [e.status for e in list_folder(tmp_path).entries] == ["partial", "complete"]
+    other.communicate("")
+    assert [e.status for e in list_folder(tmp_path).entries] == ["complete"]
+
+
+def test_two_runs_of_one_slice_at_once_are_both_right(tmp_path):
+    """The second waits for the first and reads what that has computed."""
+    code = (
+        "import sys\nfrom pathlib import Path\nfrom rodatlas.atlas import SliceSettings\n"
+        "from rodatlas.atlas.slices.obtain import obtain_slice\n"
+        f"settings = {SMALL!r}\n"
+        "found = obtain_slice(settings, Path(sys.argv[1]), say=print)\n"
+        "print(found.seconds, len(found.branches))\n"
+    )
+    runs = [
+        subprocess.Popen([sys.executable, "-c", code, str(tmp_path)], stdout=subprocess.PIPE, text=True)
+        for _ in range(2)
+    ]
+    out = [run.communicate(timeout=240)[0].splitlines() for run in runs]
+    assert [run.returncode for run in runs] == [0, 0]
+    assert out[0][-1] == out[1][-1]  # the same seconds: computed once
+    assert sum(any(line.startswith("read from") for line in lines) for lines in out) == 1
+    assert [p.name for p in tmp_path.iterdir()] == [f"{stem_of(SMALL)}.h5"]
+
+
+def test_a_kill_while_the_file_is_written_loses_nothing(tmp_path):
+    """Killed with the file half written: no result, all curves; the next run uses them."""
+    code = (
+        "import os, signal, sys\nfrom pathlib import Path\nfrom rodatlas.atlas import SliceSettings\n"
+        "from rodatlas.atlas.slices import obtain\nfrom rodatlas.continuation import store\n"
+        f"settings, stem = {SMALL!r}, {stem_of(SMALL)!r}\n"
+        "write = Path.write_bytes\n"
+        "def half(path, data):\n"
+        "    if path.name.startswith(f'.{stem}.h5.'):\n"
+        "        write(path, data[: len(data) // 2])\n"
+        "        os.kill(os.getpid(), signal.SIGKILL)\n"
+        "    return write(path, data)\n"
+        "Path.write_bytes = half\n"
+        "obtain.obtain_slice(settings, Path(sys.argv[1]))\n"
+    )
+    done = subprocess.run([sys.executable, "-c", code, str(tmp_path)], check=False)
+    assert done.returncode == -9
+    assert not (tmp_path / f"{stem_of(SMALL)}.h5").exists()
+    assert len(list(tmp_path.glob(".*.partial"))) == 1
+    kept = len(list((tmp_path / stem_of(SMALL)).glob("*.h5")))
+    said = []
+    found = obtain_slice(SMALL, tmp_path, say=said.append)
+    assert said[0].startswith(f"resuming: {kept} finished branches")
+    assert {**found.to_json(), "seconds": 0} == {**compute_slice(SMALL).to_json(), "seconds": 0}
+    assert [p.name for p in tmp_path.iterdir()] == [f"{stem_of(SMALL)}.h5"]
+
+
+@given(st.lists(st.builds(
+    SliceSettings, st.sampled_from([0.0, 15.0, 15.000000001, 27.5, 1e-5]), st.sampled_from([0.5, 0.4, 0.50000001]),
+    st.sampled_from([0.25, 0.3]), st.sampled_from([None, 0.1, 0.7]), st.sampled_from([None, 0.0, -0.1, -0.05]),
+    st.sampled_from([1e-8, 1e-7]), st.sampled_from([256, 0, 64]),
+), min_size=2, max_size=2))  # fmt: skip
+def test_other_settings_have_another_name(pair):
+    one, two = pair
+    assert (stem_of(one).lower() == stem_of(two).lower()) == (one == two)
+
+
+def test_the_default_range_fits_every_compression():
+    assert SliceSettings(15.0, 0.4).shear_max == pytest.approx(0.82 * 0.8 / 0.75**0.5)
+    for compression in (1e-4, 0.01, 0.2, 0.95, 0.999):
+        s = SliceSettings(15.0, compression)
+        limit = (1.0 - (1.0 - compression) ** 2) ** 0.5
+        assert s.shear_max / limit == pytest.approx(0.82 / 0.75**0.5, rel=1e-6)
+        assert s.shear_min / limit == pytest.approx(-0.05 / 0.75**0.5, rel=1e-5)
 
 
 def test_damaged_slice_file_is_named(file_30, tmp_path):

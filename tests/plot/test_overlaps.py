@@ -1,6 +1,7 @@
 """Stable states whose curves coincide in a diagram: both colors are seen, and a panel tells the heights apart."""
 
 import itertools
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -9,6 +10,7 @@ from rodatlas.atlas import coexisting_states
 from rodatlas.plot import color_of, draw_profiles, draw_slice, draw_slice_figure
 from rodatlas.plot.curves import Stretch
 from rodatlas.plot.overlaps import NEAR, RUN, draw_overlaps, overlaps_of
+from rodatlas.plot.panel import whole_states
 from rodatlas.plot.style import STABLE_WIDTH, new_figure
 
 
@@ -47,6 +49,14 @@ def test_what_lies_outside_the_axes_is_not_told():
     ax = axes()
     ax.set_xlim(1.0, 1.44)
     assert overlaps_of([curve("U", lambda x: 0 * x), curve("TU+-", lambda x: 0 * x, 0.0, 0.9)], ax) == []
+
+
+def test_a_state_that_touches_itself_on_part_of_its_range_is_one_run():
+    ax = axes()
+    parts = [curve("W", lambda x: 0 * x, *ends) for ends in ((0.0, 0.6), (0.6, 0.8), (0.8, 1.44))]
+    parts[1] = replace(parts[1], touching=True)
+    (found,) = overlaps_of(whole_states([*parts, curve("W", lambda x: 0 * x + 0.005)]), ax)
+    assert np.ptp(found.xy[:, 0]) == pytest.approx(1.44, abs=0.02)
 
 
 @pytest.mark.parametrize("count", [2, 3])

@@ -1,16 +1,18 @@
 """All stable states at one setting: the known ones are there, with names, and a larger search finds no other."""
 
 import json
+import re
 
 import numpy as np
 import pytest
 
-from rodatlas.cli.app import main
+from rodatlas.cli import main
 from rodatlas.continuation import MeshControl, TraceOptions, solve
 from rodatlas.rods import Ends, index_of, reduced_problem, rod_problem, to_reduced
 from rodatlas.rods.perfectly_anisotropic import CONSTANTS
 from rodatlas.states.census import species, unseen
 from rodatlas.states.discover import find_states
+from rodatlas.states.store import load_discovery, save_discovery
 
 ENDS = Ends(30.0, 0.5, 0.625)
 
@@ -120,6 +122,51 @@ def test_json_of_the_command(capsys):
     assert {s["name"] for s in plain["states"]} >= {"U", "W"}
     keys = {"name", "class", "stable", "index", "height", "energy", "symmetric", "pair", "N0", "M0", "inflections"}
     assert all(keys <= set(s) for s in plain["states"])
+
+
+def test_a_search_that_found_nothing_says_so(tmp_path, capsys):
+    """At 0.993 of the limiting shear no start converges: one line and exit code 1, and the JSON all the same."""
+    path = tmp_path / "states.json"
+    arguments = ["--angle", "15", "--shear", "0.86", "--class", "+", "--starts", "4", "--stable-only"]
+    with pytest.raises(SystemExit) as leave:
+        main(["states", *arguments, "--json", str(path)])
+    assert leave.value.code == 1
+    lines = [line for line in capsys.readouterr().err.splitlines() if line.startswith("rodatlas:")]
+    assert lines == [
+        "rodatlas: search: class +: none of 4 starts converged: raise the number of starts, or keep away from the "
+        "limiting shear (this shear is 0.993 of it)"
+    ]
+    plain = json.loads(path.read_text())
+    assert (plain["states"], plain["search"]["unseen_estimate"], plain["search"]["unseen_probability"]) == (
+        [], None, None,
+    )  # fmt: skip
+    assert plain["warnings"][0].startswith("search: class +: none of 4 starts")
+    assert plain["warnings"][-1].startswith("limiting shear: 0.86 is 0.993 of")
+
+
+def test_too_few_solutions_are_no_estimate(tmp_path, capsys):
+    found = find_states(Ends(15.0, 0.5, 0.2), classes="+", starts=4, stable_only=True)
+    assert found.states
+    assert not found.failed
+    assert found.unseen_estimate is None
+    assert found.warnings == (
+        "search: the states listed were met 4 times in all, too few to tell how many were not met: raise the number of "
+        "starts",
+    )
+    save_discovery(tmp_path / "states.h5", found)
+    assert load_discovery(tmp_path / "states.h5").warnings == found.warnings
+    with pytest.raises(SystemExit):
+        main(["states", "--angle", "15", "--shear", "0.2", "--class", "+", "--starts", "4", "--stable-only"])
+    shown = " ".join(capsys.readouterr().out.split())
+    assert "Too few were met to tell how many were not" in shown
+    assert "0.0 more" not in shown
+
+
+def test_solutions_that_collocation_does_not_confirm_are_said(monkeypatch):
+    monkeypatch.setattr("rodatlas.states.discover._confirmed", lambda *arguments: [])
+    found = find_states(ENDS, classes="+", starts=16, stable_only=True)
+    assert found.failed
+    assert re.match(r"search: class \+: none of \d+ different solutions of 16 starts was confirmed", found.warnings[0])
 
 
 @pytest.mark.parametrize(("option", "value", "field"), [

@@ -2,53 +2,54 @@
 
 from __future__ import annotations
 
-import json
-import sys
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from rich.console import Console
 from rich.table import Table
 
-from rodatlas.cli.common import json_target, note, progress_bar, settings_from, writable_folder
-from rodatlas.cli.overlay import compare_overlay, read_overlay
+from rodatlas.cli.common import note, progress_bar, settings_from
+from rodatlas.cli.output import JsonTarget, json_text, writable_folder
+from rodatlas.cli.overlay import compare_overlay, overlay_mark, read_overlay
 from rodatlas.cli.tables import say_table
 
 if TYPE_CHECKING:
     from rodatlas.atlas import Slice
 
 
-def run(setting: tuple[str, ...], out: str, json_to: str, fresh: bool, overlay: str = "", band: str = "") -> None:
+def run(
+    setting: tuple[str, str, str, str, str | None, str | None, str], out: str, json_to: JsonTarget, fresh: bool,
+    overlay: str | None, band: str | None,
+) -> None:  # fmt: skip
     """The command; texts come as typed and are checked here, those of `setting` by `settings_from`."""
     settings = settings_from(*setting)
     measured = read_overlay(overlay, band, settings)
+    mark = overlay_mark(overlay, band) if overlay is not None else ""
+    identity = settings.identity() | ({"overlay": mark} if mark else {})
+    json_to.expect(identity)
     folder = writable_folder(out)
-    json_file = json_target(json_to)
-    from rodatlas.atlas.slices.cache import write_text
     from rodatlas.atlas.slices.obtain import obtain_slice, stem_of
+    from rodatlas.files import write_text
 
     stem = stem_of(settings)
     with progress_bar(f"slice at {settings.angle_deg:g} deg") as report:
         found = obtain_slice(settings, folder, report, fresh=fresh, say=note)
         report("figures", len(found.branches), 0)
         files = [*_figures(found, folder, stem), folder / f"{stem}.json", folder / f"{stem}.h5"]
-    text = json.dumps(found.to_json(), indent=1) + "\n"
+    text = json_text(found.to_json(), settings.identity())
     write_text(folder / f"{stem}.json", text)
-    console = Console(stderr=json_to == "-")
+    console = Console(stderr=json_to.on_stdout)
     say_table(console, _table(found))
     if measured:
-        compared = compare_overlay(found, measured, folder / f"{stem}-overlay", console)
-        text = json.dumps(found.to_json() | {"overlay": compared.to_json()}, indent=1) + "\n"
-    for warning in found.warnings:
-        console.print(f"warning: {warning}", style="yellow", markup=False)
+        compared = compare_overlay(found, measured, folder / f"{stem}-overlay-{mark}", console)
+        text = json_text(found.to_json() | {"overlay": compared.to_json()}, identity)
+    for warning in found.remarks:
+        console.print(f"warning: {warning}", style="yellow", markup=False, soft_wrap=True)
     console.print(
         f"{len(found.branches)} branches, computed in {found.seconds:.1f} s; files: {', '.join(map(str, files))}",
         highlight=False, soft_wrap=True,
     )  # fmt: skip
-    if json_to == "-":
-        sys.stdout.write(text)
-    elif json_file is not None:
-        write_text(json_file, text)
+    json_to.write(text, identity)
 
 
 def _figures(found: Slice, folder: Path, stem: str) -> list[Path]:

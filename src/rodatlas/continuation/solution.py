@@ -15,6 +15,8 @@ from rodatlas.continuation.gauss import gauss_scheme
 if TYPE_CHECKING:
     import pandas as pd
 
+    from rodatlas.continuation.table import Table
+
 
 @dataclass(frozen=True, eq=False)
 class Solution:
@@ -107,11 +109,11 @@ class Solution:
 
         return load_solution(path)
 
-    def to_frame(self) -> pd.DataFrame:
+    def to_frame(self) -> Table:
         """Mesh points and unknowns as a table."""
-        import pandas as pd
+        from rodatlas.continuation.table import Table
 
-        return pd.DataFrame(np.column_stack([self.mesh, self.values]), columns=["s", *self.unknowns])
+        return Table(np.column_stack([self.mesh, self.values]), columns=["s", *self.unknowns])
 
     @classmethod
     def from_function(

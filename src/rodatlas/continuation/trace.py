@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from rodatlas.continuation.checks import check_each, check_type
 from rodatlas.continuation.collocation import Collocation, Scale, free_indices
 from rodatlas.continuation.frame import Frame, first_frame
 from rodatlas.continuation.halves import Guard, Half, is_finite, joined
@@ -18,9 +19,10 @@ from rodatlas.continuation.recheck import rechecked
 from rodatlas.continuation.results import Branch, EndReason
 from rodatlas.continuation.solution import Solution
 from rodatlas.continuation.walker import Walker, settled
+from rodatlas.failures import Failure
 
 
-class NotConverged(RuntimeError):
+class NotConverged(Failure, RuntimeError):
     """No solution was found.
 
     Attributes
@@ -56,6 +58,8 @@ def solve(
     ValueError
         when the guess belongs to another problem or holds NaN.
     """
+    check_type("bvp", bvp, BVP, "a BVP")
+    check_type("guess", guess, Solution, "a Solution")
     options = options or TraceOptions()
     free = free or (bvp.parameter_names[:1] if bvp.n_free == 1 else ())
     frame = _start(bvp, guess, free, options, None)
@@ -105,6 +109,10 @@ def trace(
     ... except KeyboardInterrupt as stopped:
     ...     branch = stopped.branch
     """
+    check_type("bvp", bvp, BVP, "a BVP")
+    check_type("start", start, Solution, "a Solution")
+    check_each("free", free, str, "names of parameters such as ('lam',)")
+    check_type("options", options, (TraceOptions, type(None)), "TraceOptions")
     options = options or TraceOptions()
     options.check_names(bvp, free)
     frame = _start(bvp, start, free, options, scale)
@@ -146,6 +154,8 @@ def follow(
     BaseException
         what interrupted the run, with the part computed so far in its attribute `branch`, see :func:`trace`.
     """
+    check_type("frame", frame, Frame, "a frame: see `trace` for runs from a Solution")
+    check_type("options", options, TraceOptions, "TraceOptions")
     guard = Guard()
     watched = guard.options(options)
     forward, backward = Half(Walker(frame, watched, arclength)), None

@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
 from rodatlas import __version__
+from rodatlas.files import set_aside, write_text
 from rodatlas.paper import ENTRIES, NOT_DRAWN, PAPER, Entry
 from rodatlas.paper.drawn import Drawn
 from rodatlas.paper.sources import Sources
@@ -37,7 +38,6 @@ DISAGREEMENTS = """\
 
 def draw_to(entry: Entry, sources: Sources, folder: Path) -> dict[str, Any]:
     """Draw one figure into a folder; its record, which is written beside it."""
-    from rodatlas.atlas.slices.cache import write_text
     from rodatlas.plot import save_figure
 
     drawn = entry.draw(sources)
@@ -60,8 +60,11 @@ def _record(entry: Entry, drawn: Drawn) -> dict[str, Any]:
     }
 
 
-def stored_records(folder: Path) -> list[dict[str, Any]]:
-    """Records of all figures that this version has drawn into a folder, in the order of the paper."""
+def stored_records(folder: Path, say: Callable[[str], None] = lambda line: None) -> list[dict[str, Any]]:
+    """Records of all figures that this version has drawn into a folder, in the order of the paper.
+
+    A damaged record is renamed, and `say` told so.
+    """
     records = []
     for entry in ENTRIES:
         path = folder / f"fig-{entry.name}.json"
@@ -69,18 +72,18 @@ def stored_records(folder: Path) -> list[dict[str, Any]]:
             continue
         try:
             record = json.loads(path.read_text(encoding="utf-8"))
-        except (ValueError, OSError):
-            raise ValueError(f"{path}: expected the record of a figure, got something else; draw it again") from None
-        if record.get("rodatlas") == __version__:
+            version = record["rodatlas"]
+        except (ValueError, KeyError, TypeError):
+            say(f"{path.name} is damaged and is kept as {set_aside(path).name}: draw that figure again")
+            continue
+        if version == __version__:
             records.append(record)
     return records
 
 
-def write_tables(folder: Path) -> tuple[Path, Path]:
+def write_tables(folder: Path, say: Callable[[str], None] = lambda line: None) -> tuple[Path, Path]:
     """Write paper.md and paper.json from the records of a folder; their paths."""
-    from rodatlas.atlas.slices.cache import write_text
-
-    records = stored_records(folder)
+    records = stored_records(folder, say)
     page, data = folder / "paper.md", folder / "paper.json"
     images = {r["name"]: f"fig-{r['name']}.png" for r in records}
     write_text(page, page_of(records, images))

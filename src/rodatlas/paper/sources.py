@@ -6,15 +6,14 @@ from collections.abc import Callable, Iterable
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from rodatlas.progress import Progress, silent
+
 if TYPE_CHECKING:
     from rodatlas.atlas import Loci, Slice, SliceSettings
     from rodatlas.atlas.phase.result import PhaseDiagram
 
-Report = Callable[[str, int, int], None]
-"""Called with (what is being done, pieces finished, pieces known to be left)."""
 
-
-def _silent(message: str, done: int, pending: int) -> None:
+def _told_nobody(line: str) -> None:
     pass
 
 
@@ -29,10 +28,10 @@ class Sources:
     """
 
     def __init__(
-        self, folder: Path, workers: int = 1, report: Report | None = None, say: Callable[[str], None] | None = None,
+        self, folder: Path, workers: int = 1, report: Progress | None = None, say: Callable[[str], None] = _told_nobody,
         *, fresh: bool = False,
     ):  # fmt: skip
-        self.folder, self.workers, self.report = folder, workers, report or _silent
+        self.folder, self.workers, self.report = folder, workers, report or silent
         self._say, self._fresh = say, fresh
         self._slices: dict[SliceSettings, Slice] = {}
         self._loci: Loci | None = None
@@ -54,15 +53,11 @@ class Sources:
 
     def prepare(self, settings: Iterable[SliceSettings]) -> None:
         """Read or compute slices."""
-        folders: dict[Path, list[SliceSettings]] = {}
-        for one in dict.fromkeys(settings):
-            if one not in self._slices:
-                folders.setdefault(self.folder_of(one), []).append(one)
-        for where, missing in folders.items():
+        missing = [one for one in dict.fromkeys(settings) if one not in self._slices]
+        if missing:
             from rodatlas.atlas.study import obtain_slices
 
-            where.mkdir(parents=True, exist_ok=True)
-            found = obtain_slices(missing, where, self.workers, self.report, fresh=self._fresh, say=self._say)
+            found = obtain_slices(missing, self.folder, self.workers, self.report, fresh=self._fresh, say=self._say)
             self._slices |= dict(zip(missing, found, strict=True))
 
     def loci(self) -> Loci:
@@ -84,14 +79,9 @@ class Sources:
             PhaseSettings(), self.folder, self.report, workers=self.workers, fresh=self._fresh, say=self._say
         )
 
-    def folder_of(self, settings: SliceSettings) -> Path:
-        """Slices of another range of shear have the same file names: they lie in a folder of their own."""
-        usual = slice_settings(settings.angle_deg).shear_max
-        return self.folder if settings.shear_max == usual else self.folder / f"shear-to-{settings.shear_max:g}"
-
 
 def slice_settings(angle_deg: float, shear_max: float | None = None) -> SliceSettings:
     """Settings of a slice of the paper."""
     from rodatlas.atlas import SliceSettings
 
-    return SliceSettings(angle_deg) if shear_max is None else SliceSettings(angle_deg, shear_max=shear_max)
+    return SliceSettings(angle_deg, shear_max=shear_max)  # type: ignore[arg-type]

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
 
+from rodatlas.continuation.checks import check_has
 from rodatlas.plot.arrangement import MOST, TRIAD, Layout, Shown, Slot, arrange
 from rodatlas.plot.inset import draw_insets
 from rodatlas.plot.panel import NAME_SIZE, NOTE_SIZE, Drawn, draw_curves, draw_heading, label_events, label_states
@@ -45,6 +46,7 @@ def draw_slice(slice_: SliceLike, ax: Axes | None = None) -> Axes:
     -------
     the axes drawn on.
     """
+    check_has("slice", slice_, ("settings", "branches", "states"), "a Slice, see compute_slice and Slice.load")
     with styled():
         if ax is None:
             fig = new_figure(0.5 * (ONE_COLUMN + TWO_COLUMN), 4.1)
@@ -75,6 +77,7 @@ def draw_slice_figure(slice_: SliceLike, width: float = DISPLAY_WIDTH) -> Figure
     -------
     a figure as wide as a page.
     """
+    check_has("slice", slice_, ("settings", "branches", "states"), "a Slice, see compute_slice and Slice.load")
     states = _one_of_each(slice_.states)
     strips = _strips_needed(states)
     inches = DIAGRAM + STRIP * sum(strips) + BOTTOM + TOP

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
 
+from rodatlas.continuation.checks import check_has
 from rodatlas.plot.heading import ANGLE_LABEL, SHEAR_LABEL, setting_text
 from rodatlas.plot.labels import label_lines
 from rodatlas.plot.style import INK, TWO_COLUMN, UNNAMED, new_figure, styled
@@ -51,6 +52,7 @@ def draw_loci(loci: Any, numbers: Sequence[int] = (), ax: Axes | None = None) ->
     -------
     the axes drawn on.
     """
+    check_has("loci", loci, ("settings", "pieces"), "Loci, see compute_loci and Loci.load")
     with styled():
         if ax is None:
             ax = new_figure(TWO_COLUMN, INCHES).add_axes((0.075, 0.092, 0.91, 0.82))
@@ -82,6 +84,7 @@ def draw_plane_axes(ax: Axes) -> None:
 
 def draw_loci_figure(loci: Any, numbers: Sequence[int] = ()) -> Figure:
     """The same as a figure of its own."""
+    check_has("loci", loci, ("settings", "pieces"), "Loci, see compute_loci and Loci.load")
     return cast("Figure", draw_loci(loci, numbers).figure)
 
 

@@ -34,11 +34,11 @@ if TYPE_CHECKING:
 NUMBER_SIZE, NAME_SIZE, NOTE_SIZE = 7.5, 9.0, 7.0
 NEAR_LIMIT = 0.08  # the limiting shear is shown when the range ends this near to it
 GUTTER = 0.012
-DOUBT, CLOSE = 8.0, 16.0  # largest price of a name near another state's curve, and how near that is in points
 ROOMY = 6.0  # axes of so many inches have room for the whole legend beside the setting
 ROW: dict[str, Any] = {
     "borderaxespad": 0.1, "handlelength": 1.7, "columnspacing": 1.0, "handletextpad": 0.35, "borderpad": 0.3,
 }  # fmt: skip
+DOUBT, CLOSE = 8.0, 16.0  # largest price of a name near another state's curve, and how near that is in points
 
 
 @dataclass(frozen=True)
@@ -206,16 +206,6 @@ def label_states(drawn: Drawn, ax: Axes) -> None:
         drawn.obstacles.take(place, size)
 
 
-def _doubt(places: list[tuple[np.ndarray, float]], others: list[np.ndarray]) -> np.ndarray:
-    """(n,) price of places for a name near the curves of other states."""
-    from scipy.spatial import KDTree
-
-    if not others:
-        return np.zeros(len(places))
-    gap = KDTree(np.concatenate(others)).query(np.array([center for center, _ in places]))[0]
-    return DOUBT * np.maximum(1.0 - gap / CLOSE, 0.0)
-
-
 def whole_states(stretches: list[Stretch]) -> list[Stretch]:
     """The stretches with those of one state put together, whether its band touches itself or not."""
     out: list[Stretch] = []
@@ -225,6 +215,16 @@ def whole_states(stretches: list[Stretch]) -> list[Stretch]:
         else:
             out.append(s)
     return out
+
+
+def _doubt(places: list[tuple[np.ndarray, float]], others: list[np.ndarray]) -> np.ndarray:
+    """(n,) price of places for a name near the curves of other states."""
+    from scipy.spatial import KDTree
+
+    if not others:
+        return np.zeros(len(places))
+    gap = KDTree(np.concatenate(others)).query(np.array([center for center, _ in places]))[0]
+    return DOUBT * np.maximum(1.0 - gap / CLOSE, 0.0)
 
 
 def _beside(points: np.ndarray, size: tuple[float, float]) -> tuple[list[tuple[np.ndarray, float]], list[np.ndarray]]:

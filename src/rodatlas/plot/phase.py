@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from rodatlas.continuation.checks import check_has
 from rodatlas.plot.heading import setting_text
 from rodatlas.plot.labels import label_lines
 from rodatlas.plot.loci import EVENTS, LINES, MARK, TITLE_PAD, draw_plane_axes, key_of
@@ -46,6 +47,7 @@ def draw_phase_figure(diagram: Any) -> Figure:
     -------
     a figure as wide as a page.
     """
+    check_has("diagram", diagram, ("settings", "faces", "names"), "a PhaseDiagram, see PhaseDiagram.load")
     frame = diagram.settings.frame
     shown = [close_up for close_up in CLOSE_UPS if _inside(close_up[0], frame)]
     with styled():
@@ -84,6 +86,7 @@ def draw_phase(
     -------
     the axes drawn on.
     """
+    check_has("diagram", diagram, ("settings", "faces", "names"), "a PhaseDiagram, see PhaseDiagram.load")
     from matplotlib.ticker import MaxNLocator
 
     frame = window or diagram.settings.frame
@@ -123,6 +126,7 @@ def draw_phase_states(diagram: Any) -> Figure:
     -------
     a figure as wide as a page.
     """
+    check_has("diagram", diagram, ("settings", "faces", "names"), "a PhaseDiagram, see PhaseDiagram.load")
     from matplotlib.ticker import MaxNLocator
 
     names = [n for n in PANEL_ORDER if n in diagram.names]
@@ -163,6 +167,7 @@ def draw_region(diagram: Any, name: str, ax: Axes | None = None) -> Axes:
     ValueError
         when the diagram has no such state.
     """
+    check_has("diagram", diagram, ("settings", "faces", "names"), "a PhaseDiagram, see PhaseDiagram.load")
     if name not in diagram.names:
         raise ValueError(f"name: expected one of {', '.join(diagram.names)}, got '{name}'")
     frame = diagram.settings.frame

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from rodatlas.continuation.checks import check_type
 from rodatlas.plot.heading import ARCLENGTH_LABEL, CURVATURE_LABEL, TWIST_LABEL, setting_of
 from rodatlas.plot.overlaps import draw_coinciding
 from rodatlas.plot.style import FAINT, TWO_COLUMN, base_name, color_of, label_of, new_figure, styled
@@ -50,6 +51,7 @@ def draw_profiles(states: Mapping[str, Solution]) -> Figure:
     -------
     a figure as wide as a page.
     """
+    check_type("states", states, Mapping, "a mapping of names to Solutions")
     if not states:
         raise ValueError("states: expected at least one solution, got none")
     s = np.linspace(0.0, 1.0, SAMPLES)

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from rodatlas.continuation.checks import check_type
 from rodatlas.plot.style import INK, ONE_COLUMN, UNNAMED, new_figure, styled
 from rodatlas.plot.surface import BandSurface, band_surface
 
@@ -121,6 +122,7 @@ def draw_triad(view: View = DEFAULT_VIEW, ax: Axes | None = None, *, size: float
     -------
     the axes drawn on.
     """
+    check_type("view", view, View, "a View such as View()")
     if ax is None:
         ax = new_figure(TRIAD, TRIAD).add_axes((0.0, 0.0, 1.0, 1.0))
     with styled():

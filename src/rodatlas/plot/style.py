@@ -9,6 +9,8 @@ from contextlib import AbstractContextManager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from rodatlas.continuation.checks import check_has, check_type
+
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
@@ -78,17 +80,23 @@ RC: Any = {
 
 
 def base_name(name: str) -> str:
-    """The name of the pair for one of its members: 'US+-' for 'US+' or 'US-'; other names unchanged."""
+    """The name that one of several states has: 'US+-' for 'US+' or 'US-', 'W' for 'W:2'; other names unchanged."""
+    name = name.partition(":")[0]
     return name[:-1] + "+-" if name.endswith(("+", "-")) and not name.endswith("+-") else name
 
 
 def color_of(name: str | None) -> str:
     """Color of a named state or of a member of a pair; gray for one without a name."""
+    check_type("name", name, (str, type(None)), "the name of a state")
     return STATE_COLORS.get(base_name(name), UNNAMED) if name else UNNAMED
 
 
 def label_of(name: str) -> str:
-    """A state's name as it is printed: 'US+-' as US±, 'US-' with a true minus sign."""
+    """A state's name as it is printed: 'US+-' as US±, 'US-' with a true minus sign; the number of 'W:2' stays."""
+    check_type("name", name, str, "the name of a state")
+    name, colon, number = name.partition(":")
+    if colon:
+        return f"{label_of(name)}:{number}"
     if name.endswith("+-"):
         return name[:-2] + "±"
     return name[:-1] + "−" if name.endswith("-") else name
@@ -130,8 +138,9 @@ def save_figure(fig: Figure | Axes, path: str | os.PathLike[str]) -> tuple[Path,
     OSError
         when a file cannot be written; an older one is untouched then.
     """
-    from rodatlas.plot.exports.files import replace_file
+    from rodatlas.files import replace_file
 
+    check_has("fig", fig, ("figure",), "a figure or axes of matplotlib")
     figure: Any = fig.figure  # that of a figure is itself
     target = Path(path)
     stem = target.with_suffix("") if target.suffix.lower() in (".png", ".pdf") else target

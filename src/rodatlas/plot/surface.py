@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from rodatlas.continuation.checks import check_has
 from rodatlas.rods.band import NARROW
 from rodatlas.rods.kinematics import ribbon
 
@@ -60,6 +61,7 @@ def band_surface(solution: Solution, width: float = NARROW, samples: int = 241) 
     width : w, in units of the length.
     samples : number of cross-sections, evenly spaced, at least 2.
     """
+    check_has("solution", solution, ("unknowns", "stages"), "a Solution such as state_at(Ends(15.0))")
     if not width > 0:
         raise ValueError(f"width: expected a positive number, got {width}")
     if samples < 2:

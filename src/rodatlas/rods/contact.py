@@ -14,6 +14,7 @@ import numpy as np
 
 from rodatlas.rods.band import NARROW, check_between
 from rodatlas.rods.kinematics import ribbon
+from rodatlas.rods.perfectly_anisotropic import REDUCED_UNKNOWNS, check_rod
 
 if TYPE_CHECKING:
     from rodatlas.continuation import Solution
@@ -64,6 +65,7 @@ def self_contact(solution: Solution, width: float = NARROW, sections: int = SECT
     ValueError
         when the width is not between 0 and 10, or there are fewer than three sections.
     """
+    check_rod(solution, REDUCED_UNKNOWNS)
     width = check_between("width", width, 0.0, 10.0, "the width over the length, between 0 and 10")
     if sections < 3:
         raise ValueError(f"sections: expected at least 3, got {sections}")

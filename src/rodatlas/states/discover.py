@@ -8,12 +8,14 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from rodatlas.continuation import MeshControl, NotConverged, Solution, TraceOptions, solve
-from rodatlas.rods.band import bending_ratio, check_between
-from rodatlas.rods.ends import Ends
+from rodatlas.continuation.checks import check_type
+from rodatlas.progress import Progress, tells
+from rodatlas.rods.band import bending_ratio, check_between, limiting_shear, near_limit
+from rodatlas.rods.ends import ENDS, Ends
 from rodatlas.rods.perfectly_anisotropic import rod_problem
 from rodatlas.rods.stability import index_of
 from rodatlas.rods.symmetry import is_symmetric, pair_member, reverse
-from rodatlas.states.census import invariants, species, unseen
+from rodatlas.states.census import FEW, invariants, species, unseen
 from rodatlas.states.deflate import deflated
 from rodatlas.states.result import Discovery, FoundState
 from rodatlas.states.search import default_threads, hunt
@@ -26,7 +28,6 @@ FIRST_ROUND, MOST_STARTS = 1024, 8192  # of a search for stable states, which do
 UNSEEN, CHANCE = 0.5, 0.001  # bounds of the estimated number of states not met, and of the probability of a new one
 FORCE_RANGE = 200.0
 FORCES_PART = 0.25  # of the starts: random forces, which seldom converge but reach states of high index
-Report = Callable[[str, int, int], None]
 
 
 @dataclass
@@ -71,10 +72,11 @@ class _Census:
         return sum(bool(s) and s[0].wound and (s[0].stable or not stable_only) for s in self.states.values())
 
 
+@tells("states")
 def find_states(
     ends: Ends, poisson: float = 0.25, classes: str = "both", starts: int | None = None, *,
     stable_only: bool = False, wound: bool = False, tolerance: float = 1e-8, force_range: float | None = None,
-    deflate: int = 0, seed: int = 1, threads: int | None = None, progress: Report | None = None,
+    deflate: int = 0, seed: int = 1, threads: int | None = None, progress: Progress | None = None,
 ) -> Discovery:  # fmt: skip
     """Search for equilibria at one setting.
 
@@ -92,12 +94,15 @@ def find_states(
         starts find more in the same time.
     seed : of the quasi-random starts; another one makes an independent search.
     threads : by default as many as there are processors; they do not change the result.
+    progress : called as the work goes on; by default a line in a terminal or notebook, `rodatlas.progress.silent`
+        for none.
 
     Raises
     ------
     ValueError
         when an argument is out of range.
     """
+    check_type("ends", ends, Ends, ENDS)
     if classes not in CLASSES:
         raise ValueError(f"class: expected +, - or both, got '{classes}'")
     if deflate < 0:
@@ -146,6 +151,8 @@ def _stable(
         number, chance = _unseen(census, True, wound)
         if starts or done >= MOST_STARTS or (number <= UNSEEN and chance <= CHANCE):
             return rounds
+        if not any(census.states.values()):
+            return rounds  # as many starts again would find nothing either
         goal = 2 * done
 
 
@@ -183,15 +190,49 @@ def _collected(
     found = sorted((s for states in kept for s in states), key=lambda s: (s.cls, s.solution["energy"], s.pair or ""))
     names = names_of([(s.solution, s.cls, s.index, s.pair or "") for s in found])
     found = [replace(s, name=name) for s, name in zip(found, names, strict=True)]
-    number, chance = unseen(np.array([states[0].count for states in kept], dtype=int))
+    counts = np.array([states[0].count for states in kept], dtype=int)
+    number, chance = unseen(counts) if counts.sum() >= FEW else (None, None)
     return Discovery(
         ends, tuple(found), poisson=poisson, starts=sum(r[-1] for r in rounds),
         converged=sum(sum(c.counts.values()) for c in parts), distinct=len(kept),
         unseen_estimate=number, unseen_probability=chance, force_range=limit,
         rounds=max((tuple(r) for r in rounds), key=lambda r: r[-1]),
         wound_left_out=0 if wound else sum(c.wound(stable_only) for c in parts),
-        dropped=sum(not s for c in parts for s in c.states.values()),
+        dropped=sum(not s for c in parts for s in c.states.values()), warnings=_doubts(ends, parts, rounds, counts),
     )  # fmt: skip
+
+
+def _doubts(ends: Ends, parts: list[_Census], rounds: list[list[int]], counts: np.ndarray) -> tuple[str, ...]:
+    """What makes a list of states doubtful, in words.
+
+    Parameters
+    ----------
+    rounds : of each class. counts : how often each state that is listed was met.
+    """
+    found = []
+    for census, done in zip(parts, rounds, strict=True):
+        cls, met = "+" if census.sign > 0 else "-", sum(census.counts.values())
+        lost = sum(not s for s in census.states.values())
+        if lost and lost == len(census.states):
+            said = f"class {cls}: none of {lost} different solutions of {done[-1]} starts was confirmed by collocation"
+            found.append(f"search: {said}: {_advice(ends)}")
+        elif not met:
+            found.append(f"search: class {cls}: none of {done[-1]} starts converged: {_advice(ends)}")
+        elif lost:
+            found.append(f"search: class {cls}: {lost} of {len(census.states)} different solutions were not confirmed "
+                         "by collocation and are missing from the list")  # fmt: skip
+    total = int(counts.sum())
+    if total < FEW and any(census.counts for census in parts):
+        found.append(f"search: the states listed were met {total} times in all, too few to tell how many were not met: "
+                     "raise the number of starts")  # fmt: skip
+    near = near_limit(ends.shear, ends.compression)
+    return (*found, near) if near else tuple(found)
+
+
+def _advice(ends: Ends) -> str:
+    """What to do about a search that found nothing."""
+    part = abs(ends.shear) / limiting_shear(ends.compression)
+    return f"raise the number of starts, or keep away from the limiting shear (this shear is {part:.3f} of it)"
 
 
 def _confirmed(shots: Shots, row: int, a: float, ends: Ends, sign: int, tolerance: float) -> list[FoundState]:

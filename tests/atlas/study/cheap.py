@@ -12,7 +12,6 @@ import numpy as np
 
 from rodatlas import __version__
 from rodatlas.atlas import FolderCache
-from rodatlas.atlas.study.folder import drop_damaged
 from rodatlas.atlas.study.kinds import Kind
 from rodatlas.atlas.study.kinds.base import nothing_required
 from rodatlas.atlas.study.task import task_of
@@ -46,8 +45,7 @@ def _compute(settings, work):
         os._exit(9)
     if settings.trouble == "fails once" and _first(work.folder / f"{work.stem}.mark"):
         raise RuntimeError("only the first time")
-    drop_damaged(work.folder / work.stem, work.say)
-    cache = FolderCache(work.folder / work.stem, settings)
+    cache = FolderCache(work.folder / work.stem, settings, say=work.say)
     branches = []
     for part in range(BRANCHES):
         work.progress(f"branch {part}", part, BRANCHES - part)

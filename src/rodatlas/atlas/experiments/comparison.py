@@ -14,7 +14,7 @@ from rodatlas.rods.band import limiting_shear
 from rodatlas.rods.units import BandUnits, ClampErrors
 
 if TYPE_CHECKING:
-    import pandas as pd
+    from rodatlas.continuation.table import Table
 
 SCHEMA = "rodatlas/overlay/1"
 SAME = 1e-9  # an end of a state and its bifurcation are one solution
@@ -122,15 +122,15 @@ class Comparison:
             "ranges": [c.to_json() for c in self.checks],
         }  # fmt: skip
 
-    def to_frame(self) -> pd.DataFrame:
+    def to_frame(self) -> Table:
         """A table with a row for each end."""
-        import pandas as pd
+        from rodatlas.continuation.table import Table
 
         rows = []
         for c in self.checks:
             for side, end in (("low", c.low), ("high", c.high)):
                 rows.append({"state": c.measurement.state, "label": c.measurement.label, "end": side, **end.to_json()})
-        return pd.DataFrame(rows)
+        return Table(rows)
 
 
 def compare(slice_: Slice, measurements: Sequence[Measurement], errors: ClampErrors | None = None) -> Comparison:

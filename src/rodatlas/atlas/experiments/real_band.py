@@ -9,10 +9,12 @@ import numpy as np
 
 from rodatlas.atlas.experiments.sensitivity import Sensitivity, sensitivity
 from rodatlas.continuation import MeshControl, Solution, Status, TraceOptions, trace
-from rodatlas.rods.band import limiting_shear
+from rodatlas.continuation.checks import check_type
+from rodatlas.progress import Progress, silent, tells
+from rodatlas.rods.band import check_number, limiting_shear
 from rodatlas.rods.ends import Ends
 from rodatlas.rods.perfectly_anisotropic import rod_problem
-from rodatlas.rods.reach import state_at
+from rodatlas.rods.reach import NotReached, state_at
 from rodatlas.rods.stability import index_of
 from rodatlas.rods.units import BandUnits, ClampErrors
 from rodatlas.rods.width import width_effect
@@ -115,20 +117,48 @@ class BandReport:
         return out
 
 
-def band_report(units: BandUnits, errors: ClampErrors, angle_deg: float = 15.0) -> BandReport:
+@tells("band")
+def band_report(
+    units: BandUnits, errors: ClampErrors, angle_deg: float = 15.0, progress: Progress | None = None
+) -> BandReport:
     """Convert a real band, and judge the narrow-band model by what width adds to the energy of U, unsheared and on
     its branch at half the limiting shear.
 
+    Parameters
+    ----------
+    progress : called as the work goes on; by default a line in a terminal or notebook, `rodatlas.progress.silent`
+        for none.
+
     Raises
     ------
-    ValueError
+    NotReached
         when the branch of U does not reach so far at this setting.
+    ValueError
+        when the clamps' error exceeds the length.
     """
+    check_type("units", units, BandUnits, "BandUnits such as BandUnits(Band(240.0, 3.0, 0.127))")
+    check_type("errors", errors, ClampErrors, "ClampErrors such as ClampErrors(1.0, 0.5)")
+    check_errors(units, errors)
+    tell = progress or silent
     ends = [Ends(angle_deg, units.compression, shear) for shear in (0.0, PART * units.limit)]
-    states = [state_at(e, "U", units.band) for e in ends]
+    states = []
+    for done, e in enumerate(ends):
+        tell(f"U at shear {e.shear:.4f}", done, 3 - done)
+        try:
+            states.append(state_at(e, "U", units.band))
+        except NotReached as error:
+            raise NotReached(f"U, by which the width is judged: {error}") from None
+    tell("first bifurcation of U", 2, 1)
     checks = tuple(_check(s, units) for s in states)
     shear, slopes = _first_bifurcation(states[0], units)
     return BandReport(units, errors, angle_deg, checks, shear, slopes)
+
+
+def check_errors(units: BandUnits, errors: ClampErrors) -> None:
+    """ValueError where the clamps' displacement is less certain than the length of the band."""
+    longest = units.band.length
+    what = f"a length in mm from 0 to that of the band, {longest:g}"
+    check_number("displacement error", errors.displacement, 0.0, longest, what)
 
 
 def _check(solution: Solution, units: BandUnits) -> WidthCheck:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from rodatlas.atlas.slices.cache import CurveFolder
+from rodatlas.atlas.unfinished import CurveFolder
 from rodatlas.continuation import Locus
 
 

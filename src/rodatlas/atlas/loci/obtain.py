@@ -3,56 +3,81 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 
 from rodatlas.atlas.loci.cache import LocusFolder
-from rodatlas.atlas.loci.compute import KNOWN, compute_loci
-from rodatlas.atlas.loci.result import Loci, LociSettings
-from rodatlas.atlas.loci.store import stored_loci
-from rodatlas.atlas.slices.cache import remove_partials
-from rodatlas.atlas.slices.follow import Progress
-from rodatlas.atlas.slices.obtain import Say, obtain_slice, stem_of
+from rodatlas.atlas.loci.compute import compute_loci
+from rodatlas.atlas.loci.result import KNOWN, Loci, LociSettings
+from rodatlas.atlas.loci.store import SCHEMA, read_loci
+from rodatlas.atlas.slices.obtain import obtain_slice, stem_of
 from rodatlas.atlas.slices.result import Slice
 from rodatlas.atlas.slices.settings import SliceSettings
+from rodatlas.atlas.stored import peek, stored
+from rodatlas.atlas.unfinished import Say, silent
+from rodatlas.continuation.checks import as_path, check_type
+from rodatlas.files import claimed, exact
+from rodatlas.progress import Progress, tells
 
 
-def loci_stem_of(settings: LociSettings) -> str:
-    """Name of the files of loci: what differs from dL = 1/2, nu = 1/4 and 80 degrees."""
-    stem = stem_of(settings.slice_at(15.0)).removeprefix("slice-15")
-    return f"loci{stem}" + (f"-to{settings.angle_max:g}" if settings.angle_max != 80.0 else "")
+def loci_stem_of(settings: LociSettings, numbers: Sequence[int] = ()) -> str:
+    """Name of the files of loci: which, unless all, and what differs from dL = 1/2, nu = 1/4, 80 degrees and 1e-8."""
+    wanted = sorted(set(numbers or KNOWN))
+    stem = "loci" if wanted == list(KNOWN) else f"loci-{'-'.join(map(str, wanted))}"
+    stem += stem_of(settings.slice_at(15.0)).removeprefix("slice-15")
+    return stem + (f"-to{exact(settings.angle_max)}" if settings.angle_max != LociSettings.angle_max else "")
 
 
+@dataclass(frozen=True)
+class _Wanted:
+    """Some loci at some settings."""
+
+    settings: LociSettings
+    numbers: tuple[int, ...]
+
+    def identity(self) -> dict[str, object]:
+        return self.settings.identity_of(self.numbers)
+
+
+@tells("loci")
 def obtain_loci(
     settings: LociSettings, folder: Path, numbers: Sequence[int] = (), progress: Progress | None = None, *,
-    fresh: bool = False, say: Say | None = None, stem: str | None = None,
+    fresh: bool = False, say: Say = silent, stem: str | None = None,
     slice_stem: Callable[[SliceSettings], str] = stem_of,
 ) -> Loci:  # fmt: skip
     """The loci from their data file in a folder, or computed from slices and written there; the slices too.
 
-    Loci that an interrupted run has finished are used; they lie in a folder beside the file until it is complete.
-    Parameters as those of :func:`rodatlas.atlas.compute_loci` and of
+    Some loci are taken from the file of all where it is there. Loci that an interrupted run has finished are used;
+    they lie in a folder beside the file until it is complete. While another process computes the same loci there, it
+    is waited for. Parameters as those of :func:`rodatlas.atlas.compute_loci` and of
     :func:`rodatlas.atlas.slices.obtain.obtain_slice`; `slice_stem` names the files of the slices.
     """
-    say = say or (lambda line: None)
-    data = folder / f"{stem or loci_stem_of(settings)}.h5"
-    known = None if fresh else stored_loci(data, settings, tuple(numbers) or KNOWN)
-    if known is not None:
-        say(f"read from {data} (--fresh computes everything again)")
+    folder = as_path("folder", folder)
+    check_type("settings", settings, LociSettings, "LociSettings such as LociSettings()")
+    wanted = _Wanted(settings, tuple(sorted(set(numbers or KNOWN))))
+    data = folder / f"{stem or loci_stem_of(settings, numbers)}.h5"
+    whole = folder / f"{loci_stem_of(settings)}.h5"
+    if not fresh and data != whole and (known := peek(whole, SCHEMA, settings, read_loci)) is not None:
+        say(f"read from {whole} (--fresh computes everything again)")
         return known
+    with claimed(data, say):
+        known = None if fresh else stored(data, SCHEMA, wanted, read_loci, say)
+        if known is not None:
+            say(f"read from {data} (--fresh computes everything again)")
+            return known
 
-    def slice_of(angle: float) -> Slice:
-        wanted = settings.slice_at(angle)
-        return obtain_slice(wanted, folder, progress, fresh=fresh, say=say, stem=slice_stem(wanted))
+        def slice_of(angle: float) -> Slice:
+            at = settings.slice_at(angle)
+            return obtain_slice(at, folder, progress, fresh=fresh, say=say, stem=slice_stem(at))
 
-    remove_partials(folder, name=data.name)
-    cache = LocusFolder(folder / data.stem, settings, fresh)
-    if len(cache):
-        say(f"resuming: {len(cache)} finished loci in {cache.folder}")
-    try:
-        found = compute_loci(settings, slice_of, tuple(numbers) or KNOWN, progress, cache)
-    except KeyboardInterrupt:
-        say(f"interrupted: {len(cache)} finished loci are kept in {cache.folder}; the same command resumes")
-        raise
-    found.save(data)
-    cache.clear()
-    return found
+        cache = LocusFolder(folder / data.stem, wanted, fresh, say)
+        if len(cache):
+            say(f"resuming: {len(cache)} finished loci in {cache.folder}")
+        try:
+            found = compute_loci(settings, slice_of, wanted.numbers, progress, cache)
+        except KeyboardInterrupt:
+            say(f"interrupted: {len(cache)} finished loci are kept in {cache.folder}; the same command resumes")
+            raise
+        found.save(data)
+        cache.clear()
+        return found

@@ -7,12 +7,15 @@ from __future__ import annotations
 import json
 import os
 from dataclasses import replace
-from pathlib import Path
+from typing import TYPE_CHECKING
 
 from rodatlas.atlas.loci.numbering import Stretch, pieces, stretches
 from rodatlas.atlas.loci.result import Loci, LociSettings
 from rodatlas.continuation.locus_store import read_locus, write_locus
 from rodatlas.continuation.store import atomic_hdf5, checked_hdf5
+
+if TYPE_CHECKING:
+    import h5py
 
 SCHEMA = "rodatlas/loci"
 
@@ -20,7 +23,7 @@ SCHEMA = "rodatlas/loci"
 def save_loci(path: str | os.PathLike[str], loci: Loci) -> None:
     """Write loci to a file of their own."""
     with atomic_hdf5(path, SCHEMA) as file:
-        file.attrs["identity"] = json.dumps(loci.settings.identity())
+        file.attrs["identity"] = json.dumps(loci.identity())
         file.attrs["wanted"] = json.dumps(loci.wanted)
         file.attrs["warnings"] = json.dumps(loci.warnings)
         file.attrs["seconds"] = loci.seconds
@@ -33,23 +36,17 @@ def save_loci(path: str | os.PathLike[str], loci: Loci) -> None:
 def load_loci(path: str | os.PathLike[str]) -> Loci:
     """Read what :func:`save_loci` wrote."""
     with checked_hdf5(path, SCHEMA) as file:
-        settings = LociSettings.from_identity(json.loads(file.attrs["identity"]))
-        groups = [file[f"curves/{i}"] for i in range(len(file["curves"]))] if "curves" in file else []
-        curves = tuple(read_locus(group) for group in groups)
-        parts: list[Stretch] = []
-        for i, (curve, group) in enumerate(zip(curves, groups, strict=True)):
-            numbers = json.loads(group.attrs["numbers"])
-            parts += [replace(p, number=n) for p, n in zip(stretches(curve, i), numbers, strict=True)]
-        wanted, warnings = (tuple(json.loads(file.attrs[key])) for key in ("wanted", "warnings"))
-        return Loci(settings, curves, tuple(pieces(parts, curves)), wanted, warnings, float(file.attrs["seconds"]))
+        return read_loci(file)
 
 
-def stored_loci(path: Path, settings: LociSettings, wanted: tuple[int, ...]) -> Loci | None:
-    """The loci in a file if they were computed for these settings and numbers by this version; None without it."""
-    if not path.exists():
-        return None
-    with checked_hdf5(path, SCHEMA) as file:
-        same = json.loads(file.attrs["identity"]) == settings.identity()
-        if not same or not set(wanted) <= set(json.loads(file.attrs["wanted"])):
-            return None
-    return load_loci(path)
+def read_loci(file: h5py.File) -> Loci:
+    """The loci in an open file."""
+    settings = LociSettings.from_identity(json.loads(file.attrs["identity"]))
+    groups = [file[f"curves/{i}"] for i in range(len(file["curves"]))] if "curves" in file else []
+    curves = tuple(read_locus(group) for group in groups)
+    parts: list[Stretch] = []
+    for i, (curve, group) in enumerate(zip(curves, groups, strict=True)):
+        numbers = json.loads(group.attrs["numbers"])
+        parts += [replace(p, number=n) for p, n in zip(stretches(curve, i), numbers, strict=True)]
+    wanted, warnings = (tuple(json.loads(file.attrs[key])) for key in ("wanted", "warnings"))
+    return Loci(settings, curves, tuple(pieces(parts, curves)), wanted, warnings, float(file.attrs["seconds"]))

@@ -19,8 +19,9 @@ from rodatlas.atlas.phase.result import Interval, PhaseDiagram
 from rodatlas.atlas.phase.settings import PhaseSettings
 from rodatlas.atlas.phase.story import told
 from rodatlas.atlas.slices.contact import contact_of_slices, contact_warnings
-from rodatlas.atlas.slices.follow import Progress
 from rodatlas.atlas.slices.result import Slice
+from rodatlas.continuation.checks import check_type
+from rodatlas.progress import Progress, tells
 
 Slices = Callable[[Sequence[float]], Iterable[Slice]]
 """Gives the slices at some angles in degrees, in any order; they may be computed at the same time."""
@@ -39,6 +40,7 @@ class _Drawn:
     warnings: tuple[str, ...]
 
 
+@tells("phase diagram")
 def compute_phase(
     settings: PhaseSettings, loci: Loci, slices: Slices, given: Sequence[float] = (), progress: Progress | None = None
 ) -> PhaseDiagram:
@@ -55,6 +57,8 @@ def compute_phase(
     slices : gives slices with the settings `settings.slice_at(angle)`.
     given : angles of slices that cost nothing, used first.
     """
+    check_type("settings", settings, PhaseSettings, "PhaseSettings such as PhaseSettings()")
+    check_type("loci", loci, Loci, "Loci, see compute_loci and Loci.load")
     start = time.perf_counter()
     frame, events = settings.frame, loci.events()
     lines = locus_lines(loci.pieces, events)

@@ -7,7 +7,6 @@ from __future__ import annotations
 import json
 import os
 from dataclasses import asdict
-from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -48,24 +47,12 @@ def save_phase(path: str | os.PathLike[str], diagram: PhaseDiagram) -> None:
 def load_phase(path: str | os.PathLike[str]) -> PhaseDiagram:
     """Read what :func:`save_phase` wrote."""
     with checked_hdf5(path, SCHEMA) as file:
-        return _read(file)
+        return read_phase(file)
 
 
-def stored_phase(path: Path, settings: PhaseSettings) -> PhaseDiagram | None:
-    """The diagram in a file if it was computed for these settings by this version; None without such a file.
+def read_phase(file: h5py.File) -> PhaseDiagram:
+    """The phase diagram in an open file."""
 
-    Raises
-    ------
-    ValueError
-        when the file is damaged.
-    """
-    if not path.exists():
-        return None
-    with checked_hdf5(path, SCHEMA) as file:
-        return _read(file) if json.loads(file.attrs["identity"]) == settings.identity() else None
-
-
-def _read(file: h5py.File) -> PhaseDiagram:
     def table(name: str) -> list:
         return json.loads(file.attrs[name])
 

@@ -23,12 +23,10 @@ from rodatlas.continuation import (
     switch,
     trace,
 )
+from rodatlas.progress import Progress
 from rodatlas.rods.perfectly_anisotropic import rod_problem
 from rodatlas.rods.stability import morse_index_of
 from rodatlas.rods.symmetry import is_symmetric
-
-Progress = Callable[[str, int, int], None]
-"""Called with (what is being done, branches finished, pieces of work known to be left)."""
 
 Reference = Callable[[SliceSettings], list[tuple[str, Branch]] | None]
 """Gives names and branches of the slice with some settings from which states are carried, None when it has none."""

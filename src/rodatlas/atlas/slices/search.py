@@ -13,6 +13,7 @@ from typing import NamedTuple
 from rodatlas.atlas.slices.cache import BranchCache
 from rodatlas.atlas.slices.settings import SliceSettings
 from rodatlas.continuation import Solution
+from rodatlas.progress import silent
 from rodatlas.rods.band import limiting_shear
 from rodatlas.rods.ends import Ends
 from rodatlas.states.discover import find_states
@@ -55,6 +56,7 @@ def found_states(shear: float, settings: SliceSettings, starts: int, seed: int) 
     """Stable states of the first class, the member + of each pair."""
     ends = Ends(settings.angle_deg, settings.compression, shear)
     found = find_states(
-        ends, settings.poisson, "+", starts, stable_only=True, tolerance=settings.tolerance, seed=seed
+        ends, settings.poisson, "+", starts, stable_only=True, tolerance=settings.tolerance, seed=seed,
+        progress=silent,
     ).states
     return tuple(s.solution for s in found if s.stable and s.pair != "-")

@@ -10,7 +10,6 @@ from __future__ import annotations
 import json
 import os
 from dataclasses import replace
-from pathlib import Path
 from typing import TYPE_CHECKING
 
 from rodatlas.atlas.slices.follow import Followed
@@ -46,24 +45,11 @@ def save_slice(path: str | os.PathLike[str], slice_: Slice) -> None:
 def load_slice(path: str | os.PathLike[str]) -> Slice:
     """Read what :func:`save_slice` wrote."""
     with checked_hdf5(path, SCHEMA) as file:
-        return _read_slice(file)
+        return read_slice(file)
 
 
-def stored_slice(path: Path, settings: SliceSettings) -> Slice | None:
-    """The slice in a file if it was computed for these settings by this version; None without such a file.
-
-    Raises
-    ------
-    ValueError
-        when the file is damaged.
-    """
-    if not path.exists():
-        return None
-    with checked_hdf5(path, SCHEMA) as file:
-        return _read_slice(file) if json.loads(file.attrs["identity"]) == settings.identity() else None
-
-
-def _read_slice(file: h5py.File) -> Slice:
+def read_slice(file: h5py.File) -> Slice:
+    """The slice in an open file."""
     settings = SliceSettings.from_identity(json.loads(file.attrs["identity"]))
     branches = tuple(_read_branch(group) for group in _numbered(file, "branches"))
     states = tuple(_read_state(group) for group in _numbered(file, "states"))
@@ -95,10 +81,10 @@ def _read_branch(group: h5py.Group) -> SliceBranch:
     events = []
     for special, e in zip(followed.bifurcations, record["events"], strict=True):
         # an event may know the index where the branch ends, and symmetries that are products
-        breaks = tuple(e.get("breaks", special.breaks))  # older files have none
+        breaks = tuple(e["breaks"])
         known = replace(special, index=(e["index"][0], e["index"][1]), breaks=breaks)
         events.append(Event(e["kind"], known, e["number"], e["criticality"]))
-    return SliceBranch(followed, tuple(events), record.get("mirror"))
+    return SliceBranch(followed, tuple(events), record["mirror"])
 
 
 def _write_state(group: h5py.Group, state: State) -> None:

@@ -1,7 +1,7 @@
 """The catalogue of a study folder: one row for each result in an SQLite file.
 
 It only repeats what the result files say, and is made again from them when it is missing, damaged or behind. Only the
-process that holds the folder (see :func:`rodatlas.atlas.study.folder.alone_in`) writes it.
+process that holds the folder (see :func:`rodatlas.files.alone_in`) writes it.
 """
 
 from __future__ import annotations

@@ -7,9 +7,10 @@ from dataclasses import dataclass, field, fields
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from rodatlas.atlas.slices.cache import SETTINGS
 from rodatlas.atlas.study.integrity import read_everything
 from rodatlas.atlas.study.kinds import KINDS
+from rodatlas.atlas.unfinished import settings_in
+from rodatlas.continuation.store import DAMAGE
 
 if TYPE_CHECKING:
     import h5py
@@ -65,7 +66,7 @@ def inspect_file(path: Path, thorough: bool = False) -> Entry:
     try:
         with h5py.File(path, "r") as file:
             return _entry(path.name, file, known.st_size, known.st_mtime_ns)
-    except (OSError, KeyError, RuntimeError, ValueError, TypeError) as error:
+    except DAMAGE as error:
         line = " ".join(str(error).split()) or type(error).__name__
         return Entry(path.name, "?", "damaged", size=known.st_size, mtime_ns=known.st_mtime_ns, detail=line)
 
@@ -88,9 +89,8 @@ def _points(file: h5py.File) -> str:
 
 def inspect_work(folder: Path) -> Entry | None:
     """The unfinished result whose curves lie in a folder; None of any other folder."""
-    try:
-        settings = json.loads((folder / SETTINGS).read_text())
-    except (OSError, ValueError):
+    settings = settings_in(folder)
+    if settings is None:
         return None
     files = [path.stat() for path in folder.glob("*.h5")]
     kind = next((k for k in KINDS if set(settings) >= {f.name for f in fields(k.settings)}), None)

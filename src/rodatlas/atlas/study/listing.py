@@ -10,11 +10,14 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from rodatlas.atlas.study.catalogue import NAME, Catalogue, read_catalogue
-from rodatlas.atlas.study.folder import PLAN, alone_in, failure_of
+from rodatlas.atlas.study.folder import PLAN, failure_of
 from rodatlas.atlas.study.inspection import Entry, inspect_file, inspect_work
+from rodatlas.atlas.unfinished import clear_leftover, settings_in
+from rodatlas.continuation.checks import as_path
+from rodatlas.files import alone_in, remove_partials
 
 if TYPE_CHECKING:
-    import pandas as pd
+    from rodatlas.continuation.table import Table
 
 SCHEMA = "rodatlas/show/1"
 
@@ -43,12 +46,12 @@ class Listing:
         kinds = dict.fromkeys(e.status for e in self.entries)
         return f"Listing({self.folder}: {', '.join(f'{self.count(k)} {k}' for k in kinds) or 'nothing'})"
 
-    def to_frame(self) -> pd.DataFrame:
+    def to_frame(self) -> Table:
         """One row for each entry; settings in columns of their own."""
-        import pandas as pd
+        from rodatlas.continuation.table import Table
 
         rows = [e.to_json() for e in self.entries]
-        return pd.DataFrame([{**{k: v for k, v in r.items() if k != "settings"}, **r["settings"]} for r in rows])
+        return Table([{**{k: v for k, v in r.items() if k != "settings"}, **r["settings"]} for r in rows])
 
     def to_json(self) -> dict[str, Any]:
         """Plain values for JSON."""
@@ -73,8 +76,15 @@ def list_folder(folder: Path, thorough: bool = False) -> Listing:
     ValueError
         when there is no such folder.
     """
-    if not folder.is_dir():
-        raise ValueError(f"folder: expected a folder with results, got '{folder}'")
+    folder = as_path("folder", folder)
+    try:
+        if not folder.is_dir():
+            raise ValueError("no folder")
+        next(folder.iterdir(), None)
+    except (OSError, ValueError) as error:
+        why = error.strerror if isinstance(error, OSError) else error
+        raise ValueError(f"folder: expected a folder with results, got '{folder}' ({why})") from None
+    drop_leftovers(folder)
     known = read_catalogue(folder)
     entries = scan(folder, {} if thorough else known, thorough)
     plan = read_plan(folder)
@@ -89,6 +99,21 @@ def list_folder(folder: Path, thorough: bool = False) -> Listing:
 
 
 OWN = (PLAN, NAME)
+
+
+def drop_leftovers(folder: Path) -> None:
+    """Remove what kills have left: the curves of results that are complete, and half-written files of old.
+
+    What another process is working on is left alone, and so is everything in a folder that cannot be written.
+    """
+    try:
+        remove_partials(folder)
+        for curves in [p for p in folder.iterdir() if p.is_dir() and not p.name.startswith(".")]:
+            data = curves.with_name(f"{curves.name}.h5")
+            if settings_in(curves) is not None and data.exists():
+                clear_leftover(data, inspect_file(data).settings)
+    except OSError:
+        return
 
 
 def scan(folder: Path, known: Mapping[str, Entry], thorough: bool = False) -> list[Entry]:
@@ -125,7 +150,9 @@ def _inspect_json(path: Path) -> Entry | None:
     try:
         data = json.loads(path.read_text())
         schema = data["schema"]
-    except (OSError, ValueError, KeyError, TypeError):
+    except (OSError, ValueError, KeyError, TypeError, RecursionError):
+        return None
+    if not isinstance(schema, str):
         return None
     kind = schema.removeprefix("rodatlas/").rpartition("/")[0]
     contents = f"{len(data['states'])} states" if isinstance(data.get("states"), list) else ""
@@ -143,9 +170,17 @@ def read_plan(folder: Path) -> dict[str, Any]:
     """What the last study in a folder has planned; empty without one."""
     try:
         plan = json.loads((folder / PLAN).read_text())
-        return plan if isinstance(plan, dict) else {}
-    except (OSError, ValueError):
+        return plan if isinstance(plan, dict) and all(map(_is_planned, plan.get("tasks", []))) else {}
+    except TypeError:
         return {}
+    except (OSError, ValueError, RecursionError):
+        return {}
+
+
+def _is_planned(task: Any) -> bool:
+    """Whether an entry of a plan is what a study writes."""
+    texts = isinstance(task, dict) and all(isinstance(task.get(name), str) for name in ("file", "kind"))
+    return texts and isinstance(task.get("settings"), dict)
 
 
 def _write_catalogue(folder: Path, entries: list[Entry]) -> None:

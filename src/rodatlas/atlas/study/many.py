@@ -2,31 +2,33 @@
 
 from __future__ import annotations
 
-import json
 import tempfile
-from collections import Counter
 from collections.abc import Sequence
 from pathlib import Path
 
-from rodatlas.atlas.slices.obtain import Say, obtain_slice, stem_of
+from rodatlas.atlas.slices.obtain import obtain_slice, stem_of
 from rodatlas.atlas.slices.result import Slice
 from rodatlas.atlas.slices.settings import SliceSettings
+from rodatlas.atlas.stored import peek
 from rodatlas.atlas.study.coordinator import Coordinator
-from rodatlas.atlas.study.kinds.base import Progress
 from rodatlas.atlas.study.kinds.slices import SLICE
 from rodatlas.atlas.study.local import LocalExecutor
 from rodatlas.atlas.study.outcome import Event
 from rodatlas.atlas.study.task import Task
-from rodatlas.continuation.store import checked_hdf5
+from rodatlas.atlas.unfinished import Say, silent
+from rodatlas.continuation.checks import as_path, check_each
+from rodatlas.failures import Failure
+from rodatlas.progress import Progress, tells
 
 
-class TasksFailed(ValueError):
+class TasksFailed(Failure):
     """Some results could not be computed; the message says which and why, in one line."""
 
 
+@tells("slices")
 def obtain_slices(
     settings: Sequence[SliceSettings], folder: Path, workers: int = 2, progress: Progress | None = None, *,
-    fresh: bool = False, say: Say | None = None,
+    fresh: bool = False, say: Say = silent,
 ) -> list[Slice]:  # fmt: skip
     """Slices from the files of a folder, or computed there by several processes and written.
 
@@ -40,7 +42,8 @@ def obtain_slices(
     settings : of the slices, any order; repetitions are computed once.
     folder : an existing one.
     workers : number of processes.
-    progress : called as the work goes on, with (what is being done, slices finished, slices left).
+    progress : called as the work goes on, with (what is being done, slices finished, slices left); by default a line
+        in a terminal or notebook, `rodatlas.progress.silent` for none.
     fresh : compute everything again.
     say : told what is read, resumed, tried again or damaged.
 
@@ -52,32 +55,27 @@ def obtain_slices(
     Raises
     ------
     ValueError
-        when two settings would share a file, or one of the files is damaged.
+        when the folder cannot be written.
     TasksFailed
         when slices could not be computed; all others are in their files.
     """
-    say = say or (lambda line: None)
+    folder = as_path("folder", folder)
+    check_each("settings", settings, SliceSettings, "a sequence of SliceSettings")
     unique = list(dict.fromkeys(settings))
-    shared = [stem for stem, count in Counter(stem_of(s) for s in unique).items() if count > 1]
-    if shared:
-        raise ValueError(f"settings: expected slices with files of their own, got several for {shared[0]}.h5")
-    missing = [s for s in unique if fresh or not _is_stored(folder / f"{stem_of(s)}.h5", s)]
+    missing = [s for s in unique if fresh or not _is_stored(folder, s)]
     if len(missing) > 1 and workers > 1:
         _compute(missing, len(unique), folder, workers, progress, fresh, say)
         missing = []
     found: dict[SliceSettings, Slice] = {}
     for done, s in enumerate(unique):
         inner = None if progress is None else _Inner(progress, stem_of(s), done, len(unique) - done)
-        found[s] = obtain_slice(s, folder, inner, fresh=fresh and s in missing, say=say if s in missing else None)
+        found[s] = obtain_slice(s, folder, inner, fresh=fresh and s in missing, say=say if s in missing else silent)
     return [found[s] for s in settings]
 
 
-def _is_stored(path: Path, settings: SliceSettings) -> bool:
-    """Whether a file holds the slice of these settings by this version; ValueError when it is damaged."""
-    if not path.exists():
-        return False
-    with checked_hdf5(path, SLICE.schema) as file:
-        return bool(json.loads(file.attrs["identity"]) == settings.identity())
+def _is_stored(folder: Path, settings: SliceSettings) -> bool:
+    """Whether a folder holds the slice of these settings by this version."""
+    return peek(folder / f"{stem_of(settings)}.h5", SLICE.schema, settings, lambda file: True) is not None
 
 
 def _compute(

@@ -9,16 +9,17 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
-from rodatlas.atlas.slices.cache import remove_partials
 from rodatlas.atlas.study.catalogue import Catalogue, read_catalogue
 from rodatlas.atlas.study.coordinator import Coordinator, Executor
-from rodatlas.atlas.study.folder import PROGRESS, alone_in, forget_failure, set_aside, write_failure
+from rodatlas.atlas.study.folder import PROGRESS, forget_failure, write_failure
 from rodatlas.atlas.study.inspection import Entry, inspect_file
-from rodatlas.atlas.study.listing import scan
+from rodatlas.atlas.study.listing import drop_leftovers, scan
 from rodatlas.atlas.study.local import LocalExecutor
 from rodatlas.atlas.study.outcome import Event, Listener, Outcome, Status, StudyResult, ignore
 from rodatlas.atlas.study.plan import Study, write_plan
 from rodatlas.atlas.study.task import Task
+from rodatlas.continuation.checks import as_path, check_type
+from rodatlas.files import alone_in, remove_partials, set_aside
 
 PATIENCE = 10.0  # seconds for a file that a worker on another machine has written to appear here
 
@@ -52,6 +53,8 @@ def run_study(
     ValueError
         when the folder cannot be used, another study is running in it, or the cluster cannot.
     """
+    folder = as_path("folder", folder)
+    check_type("study", study, Study, "a Study, see Study.of and Study.load")
     begin = time.perf_counter()
     place = Path(folder).resolve()
     place.mkdir(parents=True, exist_ok=True)
@@ -59,6 +62,7 @@ def run_study(
         run = write_plan(place, study)
         local = executor is None and not scheduler and (study.cluster is None or workers is not None)
         remove_partials(place, 0.0 if local else 60.0)
+        drop_leftovers(place)
         account = _Account(place, listen)
         outcomes = {t.stem: Outcome(t, Status.REUSED) for t in study.tasks if account.has(t)}
         missing = [t for t in study.tasks if t.stem not in outcomes]

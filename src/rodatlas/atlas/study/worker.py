@@ -13,10 +13,10 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from rodatlas import __version__
-from rodatlas.atlas.slices.cache import write_text
 from rodatlas.atlas.study.folder import PLAN, run_of
 from rodatlas.atlas.study.kinds.base import Workplace
 from rodatlas.atlas.study.task import Task
+from rodatlas.files import write_text
 
 PATIENCE = 5.0  # seconds for a file of another machine to appear in a shared folder
 PERIOD = 0.5  # seconds between two notes of progress

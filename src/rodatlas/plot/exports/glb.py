@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from rodatlas.plot.exports.files import replace_file
+from rodatlas.files import replace_file
 from rodatlas.plot.exports.mesh import Mesh
 
 FLOAT, UNSIGNED = 5126, 5125  # types of components

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from rodatlas.atlas.study.kinds.base import Kind, Progress, Settings, Workplace, digest
+from rodatlas.atlas.study.kinds.base import Kind, Progress, Settings, Workplace
 from rodatlas.atlas.study.kinds.loci import LOCI
 from rodatlas.atlas.study.kinds.phase import PHASE
 from rodatlas.atlas.study.kinds.slices import SLICE
@@ -10,7 +10,7 @@ from rodatlas.atlas.study.kinds.states import STATES, StatesSettings
 
 KINDS = (SLICE, STATES, LOCI, PHASE)
 
-__all__ = ["KINDS", "Kind", "Progress", "Settings", "StatesSettings", "Workplace", "digest", "kind_of"]
+__all__ = ["KINDS", "Kind", "Progress", "Settings", "StatesSettings", "Workplace", "kind_of"]
 
 
 def kind_of(settings: Settings) -> Kind:

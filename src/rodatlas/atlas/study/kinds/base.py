@@ -2,18 +2,16 @@
 
 from __future__ import annotations
 
-import hashlib
-import json
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Protocol
 
+from rodatlas.files import digest
+from rodatlas.progress import Progress
+
 if TYPE_CHECKING:
     import h5py
-
-Progress = Callable[[str, int, int], None]
-"""Called with (what is being done, parts finished, parts known to be left)."""
 
 
 class Settings(Protocol):
@@ -90,9 +88,3 @@ class Kind:
 def nothing_required(settings: Settings) -> tuple[Settings, ...]:
     """For kinds that need no other results."""
     return ()
-
-
-def digest(identity: dict[str, object]) -> str:
-    """Eight hexadecimal digits that stand for an identity; 15 and 15.0 are the same."""
-    plain = {key: float(v) if isinstance(v, int) and not isinstance(v, bool) else v for key, v in identity.items()}
-    return hashlib.sha256(json.dumps(plain, sort_keys=True).encode()).hexdigest()[:8]

@@ -9,7 +9,6 @@ from rodatlas.atlas.loci.obtain import loci_stem_of, obtain_loci
 from rodatlas.atlas.loci.result import LociSettings
 from rodatlas.atlas.loci.store import SCHEMA
 from rodatlas.atlas.slices.settings import REFERENCE_ANGLE_DEG, SliceSettings
-from rodatlas.atlas.study.folder import drop_damaged
 from rodatlas.atlas.study.kinds.base import Kind, Workplace
 from rodatlas.atlas.study.kinds.slices import SLICE
 
@@ -29,9 +28,9 @@ def _requires(settings: LociSettings) -> tuple[SliceSettings, ...]:
 
 
 def _compute(settings: LociSettings, work: Workplace) -> None:
-    drop_damaged(work.folder / work.stem, work.say)
     obtain_loci(
-        settings, work.folder, (), work.progress, fresh=work.fresh, stem=work.stem, slice_stem=SLICE.file_stem
+        settings, work.folder, (), work.progress, fresh=work.fresh, say=work.say, stem=work.stem,
+        slice_stem=SLICE.file_stem,
     )  # fmt: skip
 
 

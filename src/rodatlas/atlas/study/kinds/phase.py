@@ -34,7 +34,7 @@ def _compute(settings: PhaseSettings, work: Workplace) -> None:
     def slices(angles: Sequence[float]) -> Iterator[Slice]:
         for angle in angles:
             wanted = settings.slice_at(angle)
-            yield obtain_slice(wanted, work.folder, work.progress, stem=SLICE.file_stem(wanted))
+            yield obtain_slice(wanted, work.folder, work.progress, say=work.say, stem=SLICE.file_stem(wanted))
 
     loci = Loci.load(work.folder / f"{LOCI.file_stem(settings.loci)}.h5")
     compute_phase(settings, loci, slices, progress=work.progress).save(work.path)

@@ -5,9 +5,8 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from rodatlas.atlas.slices.obtain import obtain_slice, stem_of
-from rodatlas.atlas.slices.settings import SliceSettings, default_shear_max, default_shear_min
+from rodatlas.atlas.slices.settings import SliceSettings
 from rodatlas.atlas.slices.store import SCHEMA
-from rodatlas.atlas.study.folder import drop_damaged
 from rodatlas.atlas.study.kinds.base import Kind, Workplace, nothing_required
 
 if TYPE_CHECKING:
@@ -18,14 +17,11 @@ def _make(
     angle: float, compression: float = 0.5, poisson: float = 0.25, shear_max: float | None = None,
     shear_min: float | None = None, tolerance: float = 1e-8, search: int = SliceSettings.search,
 ) -> SliceSettings:  # fmt: skip
-    high = default_shear_max(compression) if shear_max is None else shear_max
-    low = default_shear_min(compression) if shear_min is None else shear_min
-    return SliceSettings(angle, compression, poisson, high, low, tolerance, search)
+    return SliceSettings(angle, compression, poisson, shear_max, shear_min, tolerance, search)  # type: ignore[arg-type]
 
 
 def _compute(settings: SliceSettings, work: Workplace) -> None:
-    drop_damaged(work.folder / work.stem, work.say)
-    obtain_slice(settings, work.folder, work.progress, fresh=work.fresh, stem=work.stem)
+    obtain_slice(settings, work.folder, work.progress, fresh=work.fresh, say=work.say, stem=work.stem)
 
 
 def _contents(file: h5py.File) -> str:

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 from rodatlas import __version__
 from rodatlas.atlas.study.kinds.base import Kind, Workplace, nothing_required
+from rodatlas.files import exact
 from rodatlas.rods.band import check_number, check_poisson
 from rodatlas.rods.ends import Ends
 from rodatlas.states.discover import CLASSES, find_states
@@ -60,9 +61,9 @@ def _make(
 
 
 def _stem(settings: StatesSettings) -> str:
-    other = f"-dL{settings.compression:g}" if settings.compression != 0.5 else ""
-    other += f"-nu{settings.poisson:g}" if settings.poisson != 0.25 else ""
-    return f"states-{settings.angle_deg:g}-dD{settings.shear:g}{other}"
+    other = f"-dL{exact(settings.compression)}" if settings.compression != 0.5 else ""
+    other += f"-nu{exact(settings.poisson)}" if settings.poisson != 0.25 else ""
+    return f"states-{exact(settings.angle_deg)}-dD{exact(settings.shear)}{other}"
 
 
 def _compute(settings: StatesSettings, work: Workplace) -> None:

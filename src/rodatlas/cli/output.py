@@ -1,0 +1,194 @@
+"""Files that the user names: checked before any work, and never in the place of another result without --overwrite."""
+
+from __future__ import annotations
+
+import errno
+import json
+import os
+import sys
+import tempfile
+from collections.abc import Callable, Mapping, Sequence
+from contextlib import suppress
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from rodatlas.cli.common import shown
+
+Identity = Mapping[str, object]
+"""Everything that decides a result, as plain values."""
+
+KEPT = "expected a file that is new or holds this result, got '{}' with something else; --overwrite replaces it"
+
+
+@dataclass(frozen=True)
+class JsonTarget:
+    """Where `--json` writes: to a file, to stdout, or nowhere; see :func:`json_target`."""
+
+    path: Path | None = None
+    on_stdout: bool = False
+    overwrite: bool = False
+
+    def expect(self, identity: Identity) -> None:
+        """Refuse, before any work is done, a file that holds anything else than a result of this identity."""
+        if self.path is None or self.overwrite or not self.path.is_file():
+            return
+        try:
+            known = json.loads(self.path.read_text(encoding="utf-8"))["identity"]
+        except (OSError, ValueError, KeyError, TypeError, RecursionError):
+            known = None
+        if known != json.loads(json.dumps(identity)):
+            raise ValueError(f"json: {KEPT.format(shown(str(self.path)))}")
+
+    def write(self, text: str, identity: Identity) -> None:
+        """Write a result, see :func:`json_text`; a file appears at once."""
+        from rodatlas.files import write_text
+
+        if self.on_stdout:
+            sys.stdout.write(text)
+        if self.path is None:
+            return
+        self.expect(identity)  # another run may have written it meanwhile
+        try:
+            self.path.parent.mkdir(parents=True, exist_ok=True)
+            if _is_device(self.path):
+                self.path.write_text(text, encoding="utf-8")  # /dev/null and the like are written to, not replaced
+            else:
+                write_text(self.path, text)
+        except OSError as error:
+            why = error.strerror
+            raise ValueError(f"json: expected a file that can be written, got '{self.path}' ({why})") from None
+
+
+def json_target(text: str | None, overwrite: bool = False) -> JsonTarget:
+    """The file for --json, checked before any work is done; nothing is made yet."""
+    if text is None or text == "-":
+        return JsonTarget(None, text == "-")
+    if not text.strip():
+        raise ValueError(f"json: expected a file name or -, got '{text}'")
+    path = Path(text)
+    if _is_folder(path):
+        raise ValueError(f"json: expected a file name or -, got the folder '{shown(text)}'")
+    if not _is_device(path):
+        _place(str(path.parent), "json", "a folder that can be written")
+        _check_name(path, "json")
+    return JsonTarget(path, False, overwrite)
+
+
+def json_text(data: Mapping[str, Any], identity: Identity, indent: int | None = 1) -> str:
+    """A result and its identity as JSON."""
+    return json.dumps({**data, "identity": dict(identity)}, indent=indent, ensure_ascii=False) + "\n"
+
+
+def writable_folder(text: str, field: str = "out") -> Path:
+    """A folder that exists (made when missing) and can be written to.
+
+    It is the last thing to check, so that wrong input leaves no empty folder.
+    """
+    from rodatlas.files import remove_partials
+
+    folder = _place(text, field, "a folder that can be written")
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        _probe(folder)
+        remove_partials(folder)
+    except OSError as error:
+        raise ValueError(
+            f"{field}: expected a folder that can be written, got '{shown(text)}' ({error.strerror})"
+        ) from None
+    return folder
+
+
+def file_target(text: str, field: str = "out") -> Path:
+    """The file for --out, checked before any work is done; nothing is made yet."""
+    path = Path(text)
+    if not text.strip():
+        raise ValueError(f"{field}: expected a file name, got '{text}'")
+    if _is_folder(path):
+        raise ValueError(f"{field}: expected a file name, got the folder '{shown(text)}'")
+    if _is_device(path):
+        raise ValueError(f"{field}: expected a file name, got '{shown(text)}', which is no plain file")
+    _place(str(path.parent), field, "a folder that can be written")
+    _check_name(path, field)
+    return path
+
+
+def place_files(target: Path, write: Callable[[Path], Sequence[Path]], overwrite: bool) -> list[Path]:
+    """Write files into a hidden folder beside their place, and move them all there, or none.
+
+    Parameters
+    ----------
+    target : name from which the writer makes the names of its files.
+    write : gets the target in the hidden folder; returns the files that it wrote there.
+    overwrite : whether files with other bytes may be replaced.
+
+    Raises
+    ------
+    ValueError
+        when one is there already and differs.
+    """
+    target.parent.mkdir(parents=True, exist_ok=True)
+    with tempfile.TemporaryDirectory(prefix=f".{target.stem[:40]}.", suffix=".partial", dir=target.parent) as hidden:
+        made = {path: target.parent / path.name for path in write(Path(hidden) / target.name)}
+        for path, place in made.items():
+            if not overwrite and place.is_file() and place.read_bytes() != path.read_bytes():
+                raise ValueError(f"out: {KEPT.format(shown(str(place)))}")
+        for path, place in made.items():
+            os.replace(path, place)
+    return list(made.values())
+
+
+def _is_folder(path: Path) -> bool:
+    """Whether a path leads to a folder; one that the system refuses does not."""
+    try:
+        return path.is_dir()
+    except (OSError, ValueError):
+        return False
+
+
+def _is_device(path: Path) -> bool:
+    """Whether a path leads to something that is neither a file nor a folder: /dev/null, a pipe."""
+    try:
+        return path.exists() and not path.is_file() and not path.is_dir()
+    except (OSError, ValueError):
+        return False
+
+
+def _look(path: Path) -> None:
+    """OSError or ValueError where the system does not take a name; a missing file is none."""
+    with suppress(FileNotFoundError, NotADirectoryError):
+        os.lstat(path)
+
+
+def _place(text: str, field: str, what: str) -> Path:
+    """A folder that is there or can be made, by a trial in what is there of it."""
+    folder = Path(text)
+    try:
+        if not text.strip():
+            raise ValueError
+        _look(folder)
+        known = next(p for p in (folder, *folder.parents) if os.path.lexists(p))
+        _probe(known)
+    except (OSError, ValueError) as error:
+        why = error.strerror if isinstance(error, OSError) else str(error)
+        got = f"'{shown(text)}'" + (f" ({why})" if why else "")
+        raise ValueError(f"{field}: expected {what}, got {got}") from None
+    return folder
+
+
+def _probe(folder: Path) -> None:
+    """OSError where a folder cannot be written to."""
+    probe = folder / f".rodatlas-{os.getpid()}"
+    probe.touch()
+    probe.unlink()
+
+
+def _check_name(path: Path, field: str) -> None:
+    """ValueError where the system does not take the name of a file, or the file must not be replaced."""
+    try:
+        _look(path.with_name(f".{path.name}.{'0' * 12}.partial"))  # as it is called while it is written
+        if path.exists() and not os.access(path, os.W_OK):
+            raise OSError(errno.EACCES, os.strerror(errno.EACCES))
+    except (OSError, ValueError) as error:
+        why = error.strerror if isinstance(error, OSError) else str(error)
+        raise ValueError(f"{field}: expected a file that can be written, got '{shown(str(path))}' ({why})") from None
