@@ -215,7 +215,7 @@ def test_a_disk_that_is_really_full(small_disk, tmp_path):
 
 def test_only_one_study_at_a_time_in_a_folder(tmp_path):
     code = (
-        "import sys, time\nfrom pathlib import Path\nfrom rodatlas.atlas.study.folder import alone_in\n"
+        "import sys, time\nfrom pathlib import Path\nfrom rodatlas.files import alone_in\n"
         f"with alone_in(Path({str(tmp_path)!r})):\n    print('held', flush=True)\n    time.sleep(600)\n"
     )
     holder = subprocess.Popen([sys.executable, "-c", code], stdout=subprocess.PIPE, text=True)
