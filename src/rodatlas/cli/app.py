@@ -152,7 +152,11 @@ def solve_command(
     angle: Angle,
     shear: Shear,
     state: Annotated[
-        str, option(kind="NAME", help="Name: U, W, w, uUu, uUui; of a pair: US+, US-, WS+, TU+ ..; W:2 where several are called W.")
+        str,
+        option(
+            kind="NAME",
+            help="Name: U, W, w, uUu, uUui; of a pair: US+, US-, WS+, TU+ ..; W:2 where several are called W.",
+        ),
     ],
     out: Annotated[
         str | None, option(kind="FILE", help="File for the solution, .h5 and .csv.", default="in out/, by its name")
