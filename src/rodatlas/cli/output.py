@@ -134,7 +134,7 @@ def writable_folder(text: str, field: str = "out") -> Path:
 def file_target(text: str, field: str = "out") -> Path:
     """The file for --out, checked before any work is done; nothing is made yet."""
     path = Path(text)
-    if not text.strip():
+    if not text.strip() or text == "-":  # which stands for stdout elsewhere
         raise ValueError(f"{field}: expected a file name, got '{text}'")
     if _is_folder(path):
         raise ValueError(f"{field}: expected a file name, got the folder '{shown(text)}'")
@@ -206,7 +206,7 @@ def _place(text: str, field: str, what: str) -> Path:
     """A folder that is there or can be made, by a trial in what is there of it."""
     folder = Path(text)
     try:
-        if not text.strip():
+        if not text.strip() or text == "-":
             raise ValueError
         _look(folder)
         known = next(p for p in (folder, *folder.parents) if os.path.lexists(p))
