@@ -31,7 +31,8 @@ WRONG = {
     "NUMBER": NUMBERS, "DEGREES": [*NUMBERS, "1000", "-1000"], "MM": [*NUMBERS, "-1", "-1e-9"],
     "RATIO": [*NUMBERS, "0", "-1/80", "1/0", "80", "1/80/2", "/", "1/", "nan/2"],
     "INTEGER": [*TEXTS, "nan", "1.5", "1e5", "-1", "+-3", "1000000000000", "9" * 5000],
-    "NAME": ["", " ", "Q", "u u", "a\0b", "US++", "x" * 10_000, "\x1b[31m"],
+    "NAME": ["", " ", "Q", "U:", "U:0", "U:1:2", ":1", "U:１", f"W:{'9' * 5000}", "u u", "a\0b", "US++",
+             "x" * 10_000, "\x1b[31m"],
     "FILE": [*NAMES, "."], "FOLDER": [*NAMES, "text.txt"], "FILE.toml": [*NAMES, ".", "none.toml", "text.txt"],
     "LxWxT": ["", "3", "240x3", "240x3x0.1x1", "ax3x0.1", "240x3xnan", "infx3x0.1", "-240x3x0.1", "240x500x0.1",
               "240x3x5", "240x3x1e-300", "1_0x3x0.1", "1e300x3x0.1", "240x0x0.1"],
@@ -59,6 +60,9 @@ for _name in BASE:
     FURTHER |= {(_name, "--poisson"): ["-1", "0.6", "-2"], (_name, "--tol"): ["0", "1", "-1e-8", "1e-11", "1e-5"]}
     FURTHER[_name, "--compression"] = ["0", "1", "-0.5", "1e-300", "1e-7", "0.9999999999"]
 TOGETHER = [  # wrong only together
+    (["slice", "--angle", "15", "--out", "-"], "out: expected a folder that can be written, got '-'"),
+    (["export", "u.h5", "--out", "-", "--format", "csv"], "out: expected a file name, got '-'"),
+    (["solve", "--angle", "15", "--shear", "0", "--state", "U", "--out", "-"], "out: expected a file name, got '-'"),
     (["loci", "--all", "--number", "4"], "all: expected no --number"),
     (["paper", "--list", "--figure", "setup"], "list: expected no other option beside --list, got --figure"),
     (["paper", "--list", "--out", "x"], "list: expected no other option beside --list, got --out"),

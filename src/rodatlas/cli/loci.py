@@ -10,7 +10,7 @@ from rich.console import Console
 from rich.table import Table
 
 from rodatlas.cli.common import note, number, progress_bar, whole_number
-from rodatlas.cli.output import JsonTarget, json_text, writable_folder
+from rodatlas.cli.output import JsonTarget, json_text, writable_folder, write_own_json
 from rodatlas.cli.tables import say_table
 
 if TYPE_CHECKING:
@@ -46,12 +46,12 @@ def run(
 def _files(found: Loci, wanted: tuple[int, ...], folder: Path) -> list[Path]:
     """Draw the figure and write the data as JSON; the files that are there now."""
     from rodatlas.atlas.loci.obtain import loci_stem_of
-    from rodatlas.files import write_text
     from rodatlas.plot import draw_loci_figure, save_figure
 
     stem = loci_stem_of(found.settings, wanted)
     text = folder / f"{stem}.json"
-    write_text(text, json_text(found.to_json(wanted), found.settings.identity_of(wanted or found.wanted)))
+    identity = found.settings.identity_of(wanted or found.wanted)
+    write_own_json(text, json_text(found.to_json(wanted), identity), identity)
     data = next(d for d in (folder / f"{stem}.h5", folder / f"{loci_stem_of(found.settings)}.h5") if d.exists())
     return [*save_figure(draw_loci_figure(found, wanted), folder / stem), text, data]
 

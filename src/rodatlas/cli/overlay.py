@@ -21,6 +21,9 @@ if TYPE_CHECKING:
     from rodatlas.atlas.experiments.measured import Measurement
 
 
+MOST_OF_NAME = 60  # characters of the name of measured data in those of files: systems take 255 bytes
+
+
 def read_overlay(path: str | None, band: str | None, settings: SliceSettings) -> tuple[Measurement, ...]:
     """The measured ranges of a file, none without a file; whatever is wrong with them is told before any work."""
     if path is None:
@@ -39,7 +42,7 @@ def read_overlay(path: str | None, band: str | None, settings: SliceSettings) ->
 def overlay_mark(path: str, band: str | None) -> str:
     """What stands for measured data and a band in the names of files: the file's name and eight digits of both."""
     content = hashlib.sha256(Path(path).read_bytes() + (band or "").encode()).hexdigest()[:8]
-    return f"{Path(path).stem}-{content}"
+    return f"{Path(path).stem[:MOST_OF_NAME]}-{content}"
 
 
 def compare_overlay(found: Slice, measured: Sequence[Measurement], stem: Path, console: Console) -> Comparison:

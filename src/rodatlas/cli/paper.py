@@ -24,7 +24,8 @@ def run(wanted: Sequence[str], out: str, workers: str | None, json_to: JsonTarge
     entries = chosen(wanted)
     processes = whole_number("workers", workers, WORKERS) if workers is not None else os.cpu_count() or 1
     identity = {"rodatlas": __version__, "folder": os.path.abspath(out)}
-    json_to.expect(identity)
+    names = ("paper", *(f"fig-{entry.name}" for entry in ENTRIES))
+    json_to.expect(identity, [Path(out) / f"{name}.json" for name in names])
     folder = writable_folder(out)
     from rodatlas.paper.output import stored_records, to_json
 

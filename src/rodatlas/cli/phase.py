@@ -15,7 +15,7 @@ from rodatlas.cli.common import (
     progress_bar,
     whole_number,
 )
-from rodatlas.cli.output import JsonTarget, json_text, writable_folder
+from rodatlas.cli.output import JsonTarget, json_text, writable_folder, write_own_json
 from rodatlas.cli.tables import say_table
 
 if TYPE_CHECKING:
@@ -48,12 +48,12 @@ def run(
 def _files(found: PhaseDiagram, folder: Path) -> list[Path]:
     """Draw the figures and write the data as JSON; the files that are there now."""
     from rodatlas.atlas.phase.settings import phase_stem_of
-    from rodatlas.files import write_text
     from rodatlas.plot import draw_phase_figure, draw_phase_states, save_figure
 
     stem = phase_stem_of(found.settings)
     text = folder / f"{stem}.json"
-    write_text(text, json_text(found.to_json(), found.settings.identity(), None))
+    identity = found.settings.identity()
+    write_own_json(text, json_text(found.to_json(), identity, None), identity)
     figures = [*save_figure(draw_phase_figure(found), folder / stem)]
     figures += save_figure(draw_phase_states(found), folder / f"{stem}-states")
     return [*figures, text, folder / f"{stem}.h5"]

@@ -9,7 +9,7 @@ from rich.console import Console
 from rich.table import Table
 
 from rodatlas.cli.common import note, progress_bar, settings_from
-from rodatlas.cli.output import JsonTarget, json_text, writable_folder
+from rodatlas.cli.output import JsonTarget, json_text, writable_folder, write_own_json
 from rodatlas.cli.overlay import compare_overlay, overlay_mark, read_overlay
 from rodatlas.cli.tables import say_table
 
@@ -26,22 +26,22 @@ def run(
     measured = read_overlay(overlay, band, settings)
     mark = overlay_mark(overlay, band) if overlay is not None else ""
     identity = settings.identity() | ({"overlay": mark} if mark else {})
-    json_to.expect(identity)
-    folder = writable_folder(out)
     from rodatlas.atlas.slices.obtain import obtain_slice, stem_of
-    from rodatlas.files import write_text
 
     stem = stem_of(settings)
+    compared_to = f"{stem}-overlay-{mark}"
+    json_to.expect(identity, [Path(out) / f"{name}.json" for name in (stem, compared_to)] if mark else ())
+    folder = writable_folder(out)
     with progress_bar(f"slice at {settings.angle_deg:g} deg") as report:
         found = obtain_slice(settings, folder, report, fresh=fresh, say=note)
         report("figures", len(found.branches), 0)
         files = [*_figures(found, folder, stem), folder / f"{stem}.json", folder / f"{stem}.h5"]
     text = json_text(found.to_json(), settings.identity())
-    write_text(folder / f"{stem}.json", text)
+    write_own_json(folder / f"{stem}.json", text, settings.identity())
     console = Console(stderr=json_to.on_stdout)
     say_table(console, _table(found))
     if measured:
-        compared = compare_overlay(found, measured, folder / f"{stem}-overlay-{mark}", console)
+        compared = compare_overlay(found, measured, folder / compared_to, console)
         text = json_text(found.to_json() | {"overlay": compared.to_json()}, identity)
     for warning in found.remarks:
         console.print(f"warning: {warning}", style="yellow", markup=False, soft_wrap=True)

@@ -98,7 +98,7 @@ def _write(path: Path, solution: Solution, identity: Identity, overwrite: bool) 
 
     path.parent.mkdir(parents=True, exist_ok=True)
     table = path.with_suffix(".csv")
-    with claimed(path, note):
+    with claimed(table, note), claimed(path, note):  # in order of name, as `export` does
         if not overwrite:
             _expect(path, identity)
         save_solution(path, solution, identity)

@@ -33,6 +33,7 @@ def run(
 ) -> int:
     """The command; texts come as typed and are checked here. The exit code: 1 when a result is missing."""
     from rodatlas.atlas.study import Study
+    from rodatlas.atlas.study.folder import PLAN
 
     count = whole_number("workers", workers, WORKERS) if workers is not None else None
     if scheduler is not None and not ADDRESS.fullmatch(scheduler):
@@ -44,7 +45,7 @@ def run(
         "rodatlas": __version__, "name": study.name, "folder": os.path.abspath(out), "dry_run": dry_run,
         "tasks": [t.file for t in study.tasks],
     }  # fmt: skip
-    json_to.expect(identity)
+    json_to.expect(identity, [Path(out) / PLAN])
     console = Console(stderr=json_to.on_stdout)
     if dry_run:
         data = _dry_run(study, Path(out), console)

@@ -15,6 +15,7 @@ Meshes differ in size from point to point, so they lie end to end and `offsets` 
 
 from __future__ import annotations
 
+import errno
 import json
 import os
 import uuid
@@ -26,6 +27,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from rodatlas.continuation.checks import as_path
 from rodatlas.continuation.collocation import Scale
 from rodatlas.continuation.linear import Columns
 from rodatlas.continuation.newton import NewtonCode
@@ -66,7 +68,9 @@ def atomic_hdf5(path: str | os.PathLike[str], schema: str, version: int = VERSIO
     """
     import h5py
 
-    path = Path(path)
+    path = as_path("path", path)
+    if not path.name:
+        raise ValueError(f"path: expected a file name, got '{path}'")
     if not path.parent.is_dir():
         raise ValueError(f"{path}: expected a file in an existing folder, got the missing folder {path.parent}")
     partial = path.with_name(f".{path.name}.{uuid.uuid4().hex[:12]}.partial")
@@ -101,8 +105,8 @@ def checked_hdf5(path: str | os.PathLike[str], schema: str, version: int = VERSI
     """
     import h5py
 
-    if not Path(path).exists():
-        raise FileNotFoundError(f"{path}: no such file")
+    if not as_path("path", path).exists():
+        raise FileNotFoundError(errno.ENOENT, os.strerror(errno.ENOENT), str(path))
     expected = f"{path}: expected a '{schema}' file of version {version} or older, got"
     with ExitStack() as stack:
         try:
@@ -122,7 +126,7 @@ def checked_hdf5(path: str | os.PathLike[str], schema: str, version: int = VERSI
 
 def _damaged(expected: str, error: Exception) -> ValueError:
     """What is told of a file whose content makes no sense."""
-    detail = str(error).strip("'\"") or type(error).__name__
+    detail = " ".join(str(error).strip("'\"").split()) or type(error).__name__
     return ValueError(f"{expected} a damaged file ({detail})")
 
 

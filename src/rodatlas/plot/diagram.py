@@ -15,7 +15,7 @@ from rodatlas.plot.panel import NAME_SIZE, NOTE_SIZE, Drawn, draw_curves, draw_h
 from rodatlas.plot.placement import dense, to_points
 from rodatlas.plot.protocols import SliceLike, StateLike
 from rodatlas.plot.render import DISPLAY_WIDTH, draw_triad, render_band
-from rodatlas.plot.style import ONE_COLUMN, TWO_COLUMN, color_of, label_of, new_figure, styled
+from rodatlas.plot.style import ONE_COLUMN, TWO_COLUMN, check_axes, color_of, label_of, new_figure, styled
 from rodatlas.rods.band import NARROW
 from rodatlas.rods.contact import self_contact
 from rodatlas.rods.symmetry import plus_member
@@ -47,6 +47,7 @@ def draw_slice(slice_: SliceLike, ax: Axes | None = None) -> Axes:
     the axes drawn on.
     """
     check_has("slice", slice_, ("settings", "branches", "states"), "a Slice, see compute_slice and Slice.load")
+    check_axes(ax)
     with styled():
         if ax is None:
             fig = new_figure(0.5 * (ONE_COLUMN + TWO_COLUMN), 4.1)

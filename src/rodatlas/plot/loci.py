@@ -10,7 +10,7 @@ import numpy as np
 from rodatlas.continuation.checks import check_has
 from rodatlas.plot.heading import ANGLE_LABEL, SHEAR_LABEL, setting_text
 from rodatlas.plot.labels import label_lines
-from rodatlas.plot.style import INK, TWO_COLUMN, UNNAMED, new_figure, styled
+from rodatlas.plot.style import INK, TWO_COLUMN, UNNAMED, check_axes, new_figure, styled
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -53,6 +53,7 @@ def draw_loci(loci: Any, numbers: Sequence[int] = (), ax: Axes | None = None) ->
     the axes drawn on.
     """
     check_has("loci", loci, ("settings", "pieces"), "Loci, see compute_loci and Loci.load")
+    check_axes(ax)
     with styled():
         if ax is None:
             ax = new_figure(TWO_COLUMN, INCHES).add_axes((0.075, 0.092, 0.91, 0.82))

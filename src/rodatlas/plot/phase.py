@@ -13,7 +13,7 @@ from rodatlas.continuation.checks import check_has
 from rodatlas.plot.heading import setting_text
 from rodatlas.plot.labels import label_lines
 from rodatlas.plot.loci import EVENTS, LINES, MARK, TITLE_PAD, draw_plane_axes, key_of
-from rodatlas.plot.style import INK, ONE_COLUMN, TWO_COLUMN, UNNAMED, color_of, label_of, new_figure, styled
+from rodatlas.plot.style import INK, ONE_COLUMN, TWO_COLUMN, UNNAMED, check_axes, color_of, label_of, new_figure, styled
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -87,6 +87,7 @@ def draw_phase(
     the axes drawn on.
     """
     check_has("diagram", diagram, ("settings", "faces", "names"), "a PhaseDiagram, see PhaseDiagram.load")
+    check_axes(ax)
     from matplotlib.ticker import MaxNLocator
 
     frame = window or diagram.settings.frame
@@ -168,6 +169,7 @@ def draw_region(diagram: Any, name: str, ax: Axes | None = None) -> Axes:
         when the diagram has no such state.
     """
     check_has("diagram", diagram, ("settings", "faces", "names"), "a PhaseDiagram, see PhaseDiagram.load")
+    check_axes(ax)
     if name not in diagram.names:
         raise ValueError(f"name: expected one of {', '.join(diagram.names)}, got '{name}'")
     frame = diagram.settings.frame

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from rodatlas.continuation.checks import check_type
-from rodatlas.plot.style import INK, ONE_COLUMN, UNNAMED, new_figure, styled
+from rodatlas.plot.style import INK, ONE_COLUMN, UNNAMED, check_axes, new_figure, styled
 from rodatlas.plot.surface import BandSurface, band_surface
 
 if TYPE_CHECKING:
@@ -83,6 +83,7 @@ def render_band(
     -------
     the axes drawn on, with one collection of polygons more.
     """
+    check_axes(ax)
     from matplotlib.collections import PolyCollection
     from matplotlib.colors import to_rgb
 
@@ -123,6 +124,7 @@ def draw_triad(view: View = DEFAULT_VIEW, ax: Axes | None = None, *, size: float
     the axes drawn on.
     """
     check_type("view", view, View, "a View such as View()")
+    check_axes(ax)
     if ax is None:
         ax = new_figure(TRIAD, TRIAD).add_axes((0.0, 0.0, 1.0, 1.0))
     with styled():

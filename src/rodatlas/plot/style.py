@@ -119,6 +119,12 @@ def new_figure(width: float, height: float) -> Figure:
     return fig
 
 
+def check_axes(ax: object) -> None:
+    """ValueError for what is no axes to draw on; None stands for new ones."""
+    if ax is not None:
+        check_has("ax", ax, ("plot", "figure"), "axes of matplotlib")
+
+
 def save_figure(fig: Figure | Axes, path: str | os.PathLike[str]) -> tuple[Path, Path]:
     """Write a figure as PNG (200 dpi) and as PDF, the same bytes for the same figure, and close it.
 

@@ -16,12 +16,20 @@ NARROW = 1.0 / 80.0
 def check_number(field: str, value: object, low: float, high: float, what: str) -> float:
     """A finite float in [low, high], or a ValueError that names the field, what was expected and what came."""
     try:
-        number = math.nan if isinstance(value, str) else float(value)  # type: ignore[arg-type]
+        number = math.nan if isinstance(value, str | bool) else float(value)  # type: ignore[arg-type]
     except (TypeError, ValueError, OverflowError):
         number = math.nan
     if not (math.isfinite(number) and low <= number <= high):
         raise ValueError(f"{field}: expected {what}, got {repr(value) if isinstance(value, str) else value}")
     return number
+
+
+def check_whole(field: str, value: object, low: int, what: str) -> int:
+    """A whole number of at least `low`, or a ValueError that names the field, what was expected and what came."""
+    number = check_number(field, value, low, math.inf, what)
+    if number != int(number):
+        raise ValueError(f"{field}: expected {what}, got {value}")
+    return int(number)
 
 
 def check_between(field: str, value: object, low: float, high: float, what: str) -> float:

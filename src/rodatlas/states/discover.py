@@ -10,7 +10,7 @@ import numpy as np
 from rodatlas.continuation import MeshControl, NotConverged, Solution, TraceOptions, solve
 from rodatlas.continuation.checks import check_type
 from rodatlas.progress import Progress, tells
-from rodatlas.rods.band import bending_ratio, check_between, limiting_shear, near_limit
+from rodatlas.rods.band import bending_ratio, check_between, check_whole, limiting_shear, near_limit
 from rodatlas.rods.ends import ENDS, Ends
 from rodatlas.rods.perfectly_anisotropic import rod_problem
 from rodatlas.rods.stability import index_of
@@ -105,13 +105,11 @@ def find_states(
     check_type("ends", ends, Ends, ENDS)
     if classes not in CLASSES:
         raise ValueError(f"class: expected +, - or both, got '{classes}'")
-    if deflate < 0:
-        raise ValueError(f"deflate: expected at least 0, got {deflate}")
-    if starts is not None and starts < 1:
-        raise ValueError(f"starts: expected at least 1, got {starts}")
+    check_whole("deflate", deflate, 0, "a whole number of at least 0")
+    for name, number in (("starts", starts), ("threads", threads)):
+        if number is not None:
+            check_whole(name, number, 1, "a whole number of at least 1")
     threads = default_threads() if threads is None else threads
-    if threads < 1:
-        raise ValueError(f"threads: expected at least 1, got {threads}")
     if force_range is not None:
         check_between("force range", force_range, 0.0, np.inf, "a positive number")
     a = bending_ratio(poisson)

@@ -17,6 +17,7 @@ from rodatlas.states.names import NAMES
 
 SAME_ENERGY = 1e-7  # relative difference below which two energies are one up to the tolerance of solutions
 SEPARATOR = ":"
+NUMBER = re.compile(r"[0-9]{1,6}")
 T = TypeVar("T")
 
 
@@ -48,7 +49,7 @@ def parse_label(text: str) -> Wanted:
     """
     called, separator, number = text.partition(SEPARATOR)
     bare, sign = re.fullmatch(r"(.*?)([+-]*)", called, re.DOTALL).groups()  # type: ignore[union-attr]
-    numbered = not separator or (number.isdecimal() and int(number) > 0)
+    numbered = not separator or (NUMBER.fullmatch(number) is not None and int(number) > 0)
     for name in NAMES:
         pair = name.endswith("+-")
         if numbered and bare == name.removesuffix("+-") and sign in (("", "+", "-", "+-") if pair else ("",)):

@@ -23,7 +23,7 @@ from rodatlas.continuation import (
     fold_locus_at,
     follow_locus,
 )
-from rodatlas.continuation.checks import check_has, check_type
+from rodatlas.continuation.checks import check_each, check_has, check_type
 from rodatlas.progress import Progress, tells
 from rodatlas.rods.perfectly_anisotropic import rod_problem
 
@@ -34,6 +34,7 @@ ANGLES = {16: 55.0, 17: 60.0}  # degrees at which a slice has these bifurcations
 
 def check_numbers(numbers: Sequence[int]) -> None:
     """Raise ValueError for numbers whose loci cannot be found."""
+    check_each("numbers", numbers, int, f"a sequence of whole numbers from {KNOWN[0]} to {KNOWN[-1]}")
     for number in numbers:
         if number not in KNOWN:
             raise ValueError(f"number: expected one of {KNOWN[0]} to {KNOWN[-1]}, got {number}")
@@ -65,7 +66,7 @@ def compute_loci(
     anchors: list[Event] = []
     angles = dict.fromkeys([REFERENCE_ANGLE_DEG, *[a for n, a in ANGLES.items() if n in wanted]])
     for angle in (a for a in angles if a <= settings.angle_max):
-        here, several = _anchors(slice_of(angle), wanted, angle)
+        here, several = _anchors(_slice_at(angle, slice_of, settings), wanted, angle)
         work.warnings += several
         anchors += here
         for event in (e for e in here if e.number in needed):
@@ -95,6 +96,17 @@ def trace_options(settings: LociSettings) -> TraceOptions:
         step=StepControl(maximum=200.0),
         bounds={"dD": settings.shears, "psi0": (0.0, math.radians(settings.angle_max))},
     )
+
+
+def _slice_at(angle: float, slice_of: Callable[[float], Slice], settings: LociSettings) -> Slice:
+    """The slice that a user's function gives, or ValueError when it is one of another band or angle."""
+    found = slice_of(angle)
+    check_type("slice_of", found, Slice, "a function that gives slices, see compute_slice")
+    wanted, got = ((s.angle_deg, s.compression, s.poisson) for s in (settings.slice_at(angle), found.settings))
+    if wanted != got:
+        names = ("angle {:g}, compression {:g}, Poisson's ratio {:g}".format(*s) for s in (wanted, got))
+        raise ValueError("slice_of: expected the slice at {}, got that at {}".format(*names))
+    return found
 
 
 def _anchors(found: Slice, wanted: set[int], angle: float) -> tuple[list[Event], list[str]]:

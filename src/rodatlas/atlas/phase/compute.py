@@ -59,6 +59,9 @@ def compute_phase(
     """
     check_type("settings", settings, PhaseSettings, "PhaseSettings such as PhaseSettings()")
     check_type("loci", loci, Loci, "Loci, see compute_loci and Loci.load")
+    wanted_band, band = ((s.compression, s.poisson) for s in (settings, loci.settings))
+    if wanted_band != band:
+        raise ValueError(f"loci: expected those of compression and Poisson's ratio {wanted_band}, got {band}")
     start = time.perf_counter()
     frame, events = settings.frame, loci.events()
     lines = locus_lines(loci.pieces, events)

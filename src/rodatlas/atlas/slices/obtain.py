@@ -10,10 +10,10 @@ from rodatlas.atlas.slices.follow import Reference, planar_branches
 from rodatlas.atlas.slices.result import Slice
 from rodatlas.atlas.slices.settings import SliceSettings, default_shear_max, default_shear_min
 from rodatlas.atlas.slices.store import SCHEMA, read_slice
-from rodatlas.atlas.stored import peek, stored
+from rodatlas.atlas.stored import made_folder, peek, stored
 from rodatlas.atlas.unfinished import Say, silent
 from rodatlas.continuation import Branch
-from rodatlas.continuation.checks import as_path, check_type
+from rodatlas.continuation.checks import check_type
 from rodatlas.files import claimed, exact
 from rodatlas.progress import Progress, tells
 
@@ -62,11 +62,11 @@ def obtain_slice(
     say : told what is read, resumed, kept or set aside.
     stem : name of the files without suffix, :func:`stem_of` when left out.
     """
-    folder = as_path("folder", folder)
     check_type("settings", settings, SliceSettings, "SliceSettings such as SliceSettings(15.0)")
+    folder = made_folder(folder)
     data = folder / f"{stem or stem_of(settings)}.h5"
     with claimed(data, say):
-        known = None if fresh else stored(data, SCHEMA, settings, read_slice, say)
+        known = stored(data, SCHEMA, settings, read_slice, say, fresh)
         if known is not None:
             say(f"read from {data} (--fresh computes everything again)")
             return known

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import os
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
@@ -9,6 +10,8 @@ from typing import TYPE_CHECKING, Any
 from rodatlas.atlas.slices.follow import Followed
 from rodatlas.atlas.slices.settings import SliceSettings
 from rodatlas.continuation import Solution, SpecialPoint
+from rodatlas.continuation.checks import check_type
+from rodatlas.rods.band import check_number
 from rodatlas.states.names import NAMES, OTHER
 
 if TYPE_CHECKING:
@@ -173,8 +176,9 @@ class Slice:
         Raises
         ------
         ValueError
-            for a name that no state can have.
+            for a name that no state can have, and a shear that is no number.
         """
+        check_number("shear", shear, -math.inf, math.inf, "a number")
         if name and name not in (*NAMES, OTHER):
             raise ValueError(f"name: expected one of {', '.join((*NAMES, OTHER))}, got '{name}'")
         there = (s for s in self.states if s.shear[0] <= shear <= s.shear[1])
@@ -194,6 +198,7 @@ class Slice:
         """
         from rodatlas.atlas.slices.coexisting import numbered_state, wanted_in_slice
 
+        check_type("name", name, str, "the name of a state such as US+-")
         wanted = wanted_in_slice(name)
         there = self.states_at(shear, wanted.name)
         if len(there) == 1 and wanted.number is None:

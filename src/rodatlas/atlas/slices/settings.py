@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from dataclasses import asdict, dataclass, fields, replace
 
 from rodatlas import __version__
-from rodatlas.rods.band import bending_ratio, check_number, check_poisson, limiting_shear, near_limit
+from rodatlas.rods.band import bending_ratio, check_number, check_poisson, check_whole, limiting_shear, near_limit
 from rodatlas.rods.ends import Ends
 
 ALGORITHM = 6  # raised with every change of the program after which a slice holds something else
@@ -70,8 +70,8 @@ class SliceSettings:
         )  # fmt: skip
         check_number("shear-min", self.shear_min, -below, 0.0, f"a number between -{limit:.6f} and 0 (included)")
         check_number("tol", self.tolerance, 1e-10, 1e-6, "a number between 1e-10 and 1e-06")
-        if isinstance(self.search, bool) or self.search != int(self.search) or not 0 <= self.search <= MOST_STARTS:
-            raise ValueError(f"search: expected a whole number from 0 to {MOST_STARTS}, got {self.search}")
+        what = f"a whole number from 0 to {MOST_STARTS}"
+        check_number("search", check_whole("search", self.search, 0, what), 0, MOST_STARTS, what)
 
     @property
     def angle(self) -> float:

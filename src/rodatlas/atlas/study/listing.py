@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import re
 from collections.abc import Mapping
+from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -122,13 +123,20 @@ def scan(folder: Path, known: Mapping[str, Entry], thorough: bool = False) -> li
     for path in sorted(folder.iterdir(), key=_by_number):
         if path.name.startswith("."):
             continue
-        if path.is_dir():
-            found += [work] if (work := inspect_work(path)) is not None else []
-        elif path.suffix == ".h5":
-            found.append(_known(path, known.get(path.name)) or inspect_file(path, thorough))
-        elif path.suffix == ".json" and path.name != PLAN and not path.with_suffix(".h5").exists():
-            found += [text] if (text := _inspect_json(path)) is not None else []
+        with suppress(FileNotFoundError):  # renamed or removed meanwhile by a run that has finished it
+            found += [entry] if (entry := _inspect(path, known, thorough)) is not None else []
     return found
+
+
+def _inspect(path: Path, known: Mapping[str, Entry], thorough: bool) -> Entry | None:
+    """The result or unfinished result that a file or folder holds, if any."""
+    if path.is_dir():
+        return inspect_work(path)
+    if path.suffix == ".h5":
+        return _known(path, known.get(path.name)) or inspect_file(path, thorough)
+    if path.suffix == ".json" and path.name != PLAN and not path.with_suffix(".h5").exists():
+        return _inspect_json(path)
+    return None
 
 
 def _by_number(path: Path) -> list[str | float]:

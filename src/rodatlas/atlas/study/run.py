@@ -11,7 +11,7 @@ from pathlib import Path
 
 from rodatlas.atlas.study.catalogue import Catalogue, read_catalogue
 from rodatlas.atlas.study.coordinator import Coordinator, Executor
-from rodatlas.atlas.study.folder import PROGRESS, forget_failure, write_failure
+from rodatlas.atlas.study.folder import FAILURE, PLAN, PROGRESS, forget_failure, write_failure
 from rodatlas.atlas.study.inspection import Entry, inspect_file
 from rodatlas.atlas.study.listing import drop_leftovers, scan
 from rodatlas.atlas.study.local import LocalExecutor
@@ -61,7 +61,7 @@ def run_study(
     with alone_in(place):
         run = write_plan(place, study)
         local = executor is None and not scheduler and (study.cluster is None or workers is not None)
-        remove_partials(place, 0.0 if local else 60.0)
+        _remove_partials(place, study, 0.0 if local else 60.0)
         drop_leftovers(place)
         account = _Account(place, listen)
         outcomes = {t.stem: Outcome(t, Status.REUSED) for t in study.tasks if account.has(t)}
@@ -75,9 +75,16 @@ def run_study(
                 )
                 coordinator.compute(missing)
         shutil.rmtree(place / PROGRESS, ignore_errors=True)
-        remove_partials(place, 0.0 if local else 60.0)
+        _remove_partials(place, study, 0.0 if local else 60.0)
     found = tuple(outcomes[t.stem] for t in study.tasks)
     return StudyResult(study.name, Path(folder), found, time.perf_counter() - begin)
+
+
+def _remove_partials(folder: Path, study: Study, older_than: float) -> None:
+    """Remove what kills have left of files of this study; of those of others, which may be at work, what is old."""
+    remove_partials(folder)
+    files = {PLAN} | {f"{t.stem}{end}" for t in study.tasks for end in ("", ".h5", FAILURE)}
+    remove_partials(folder, older_than, files.__contains__)
 
 
 class _Account:
