@@ -164,6 +164,17 @@ def test_too_few_solutions_are_no_estimate(tmp_path, capsys):
     assert "0.0 more" not in shown
 
 
+def test_bands_through_themselves_and_shared_names_are_remarked():
+    """At dL = 0.95 U and both W cross themselves near zero shear, and so do two states without a name."""
+    found = find_states(Ends(15.0, 0.95, 0.01), classes="+", starts=512, stable_only=True)
+    assert found.remarks == (
+        "contact: a band L/80 wide passes through itself in stable states (U, W:1, W:2, 2 without a name); forces of "
+        "contact are not modeled",
+        "names: 2 states are called W, numbered in order of energy",
+    )
+    assert found.to_json()["warnings"] == list(found.remarks)
+
+
 def test_a_class_of_which_nothing_is_listed_is_said():
     """Two starts of class + meet states that are wound up only, although U and W are stable there."""
     found = find_states(Ends(22.0, 0.5, 0.3), starts=2, stable_only=True)

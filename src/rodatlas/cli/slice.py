@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from rodatlas.atlas import Slice
 
 ENDS = {
-    "range": "range: the last shear that was looked at",
+    "range": "range: the shears that were looked at end there",
     "smooth": "smooth: the state becomes the next one without a bifurcation",
 }
 
