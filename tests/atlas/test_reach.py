@@ -78,6 +78,13 @@ def test_a_state_that_is_not_there_fails_from_the_search(no_slice, slice_15, tmp
     slice_15.save(tmp_path / "slice-15.h5")
     with pytest.raises(ValueError, match=message + r"uUu is stable for shear 0\.6164 to 0\.8200$"):
         reach(SliceSettings(15.0), "uUu", 0.2, folder=tmp_path)
+    (tmp_path / "slice-15.h5").unlink()
+    for angle, name in ((15.0, "slice-15-search0"), (15.5, "slice-15.5")):  # the latter is of another band
+        replace(slice_15, settings=SliceSettings(angle, search=0)).save(tmp_path / f"{name}.h5")
+    (tmp_path / "slice-15-dL0.4.h5").write_text("no slice")
+    told = r"uUu is stable for shear 0\.6164 to 0\.8200 in the slice from -0\.05 to 0\.82$"
+    with pytest.raises(ValueError, match=message + told):
+        reach(SliceSettings(15.0), "uUu", 0.2, folder=tmp_path)
 
 
 def test_near_the_limiting_shear_the_slice_decides(slice_15, monkeypatch):

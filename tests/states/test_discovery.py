@@ -2,11 +2,13 @@
 
 import json
 import re
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
 from rodatlas.cli import main
+from rodatlas.cli.states import completeness
 from rodatlas.continuation import MeshControl, TraceOptions, solve
 from rodatlas.rods import Ends, index_of, reduced_problem, rod_problem, to_reduced
 from rodatlas.rods.perfectly_anisotropic import CONSTANTS
@@ -160,6 +162,33 @@ def test_too_few_solutions_are_no_estimate(tmp_path, capsys):
     shown = " ".join(capsys.readouterr().out.split())
     assert "Too few were met to tell how many were not" in shown
     assert "0.0 more" not in shown
+
+
+def test_bands_through_themselves_and_shared_names_are_remarked():
+    """At dL = 0.95 U and both W cross themselves near zero shear, and so do two states without a name."""
+    found = find_states(Ends(15.0, 0.95, 0.01), classes="+", starts=512, stable_only=True)
+    assert found.remarks == (
+        "contact: a band L/80 wide passes through itself in stable states (U, W:1, W:2, 2 without a name); forces of "
+        "contact are not modeled",
+        "names: 2 states are called W, numbered in order of energy",
+    )
+    assert found.to_json()["warnings"] == list(found.remarks)
+
+
+def test_a_class_of_which_nothing_is_listed_is_said():
+    """Two starts of class + meet states that are wound up only, although U and W are stable there."""
+    found = find_states(Ends(22.0, 0.5, 0.3), starts=2, stable_only=True)
+    assert [s.cls for s in found.states] == ["-"]
+    assert found.warnings[0] == (
+        "search: class +: all that 2 starts met is wound up or not stable, so that no state of it is listed: raise the "
+        "number of starts"
+    )
+
+
+def test_estimates_of_missed_states_read_as_numbers(at_30):
+    for number, text in ((0.0, "0"), (0.5, "0.5"), (9.96, "10"), (20.0, "20"), (123.4, "123")):
+        found = replace(at_30, unseen_estimate=number, unseen_probability=0.01)
+        assert f"about {text} more were not met" in completeness(found)
 
 
 def test_solutions_that_collocation_does_not_confirm_are_said(monkeypatch):

@@ -80,7 +80,7 @@ def slice_command(
     ] = None,
     search: Annotated[
         str,
-        option(kind="INTEGER", help="Starts of the search for isolated stable states at each of some shears; 0: none."),
+        option(kind="INTEGER", help="Starts of the search for isolated stable states at each of six shears; 0: none."),
     ] = "256",
     tol: Tolerance = "1e-8",
     out: Out = "out",
@@ -179,7 +179,7 @@ def states_command(
     compression: Compression = "0.5",
     poisson: Poisson = "0.25",
     classes: Annotated[
-        str, option("--class", kind="CLASS", help="Right clamp at +q, at -q (a full turn), or both.")
+        str, option("--class", kind="CLASS", help="+ or -, which a full turn of the right clamp tells apart, or both.")
     ] = "both",
     starts: Annotated[
         str | None,
@@ -284,7 +284,11 @@ def export_command(
     ] = None,
     band: Annotated[
         str | None,
-        option(kind="LxWxT", help="Band in mm such as 240x30x0.127: shapes and lengths in mm.", default="lengths in L"),
+        option(
+            kind="LxWxT",
+            help="Band in mm such as 240x30x0.127: shapes and lengths in mm; stl needs it.",
+            default="lengths in L",
+        ),
     ] = None,
     state: Annotated[
         str | None, option(kind="NAME", help="One state: of a slice, with --shear.", default="all")

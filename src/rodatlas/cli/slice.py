@@ -16,6 +16,11 @@ from rodatlas.cli.tables import say_table
 if TYPE_CHECKING:
     from rodatlas.atlas import Slice
 
+ENDS = {
+    "range": "range: the shears that were looked at end there",
+    "smooth": "smooth: the state becomes the next one without a bifurcation",
+}
+
 
 def run(
     setting: tuple[str, str, str, str, str | None, str | None, str], out: str, json_to: JsonTarget, fresh: bool,
@@ -76,4 +81,6 @@ def _table(found: Slice) -> Table:
     for s in found.states:
         row = (s.name, f"{s.low.shear: .5f} to {s.high.shear:.5f}", s.low.text, s.high.text)
         table.add_row(*row, *([ranges_text(s.contact)] if touching else []))
+    ends = {end.kind for s in found.states for end in (s.low, s.high)}
+    table.caption = "; ".join(text for kind, text in ENDS.items() if kind in ends) or None
     return table

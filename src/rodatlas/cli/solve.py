@@ -51,13 +51,13 @@ def run(
     path = path if path.suffix == ".h5" else path.with_name(f"{path.name}.h5")
     if not overwrite:
         _expect(path, identity)
-    with progress_bar(f"{state} at {settings.angle_deg:g} deg, shear {value:g}") as report:
+    with progress_bar(f"{label} at {settings.angle_deg:g} deg, shear {value:g}") as report:
         solution, source = reach(settings, state, value, progress=report, folder=Path(folder or "out"))
     if folder is not None and source != "stored slice":
         note(f"{folder} has no slice of these settings with the state; it comes from a {source}")
     table = _write(path, solution, identity, overwrite)
     console = Console()
-    say_table(console, _table(state, solution, source))
+    say_table(console, _table(label, solution, source))
     if near := near_limit(value, settings.compression):
         console.print(f"warning: {near}", style="yellow", markup=False, soft_wrap=True)
     console.print(f"wrote {path} and {table}", highlight=False, soft_wrap=True)

@@ -65,7 +65,7 @@ def run(
     if found.failed:
         note(f"rodatlas: {found.warnings[0]}")
         raise typer.Exit(1)
-    for warning in found.warnings:
+    for warning in found.remarks:
         console.print(f"warning: {warning}", style="yellow", markup=False, soft_wrap=True)
 
 
@@ -99,12 +99,18 @@ def _summary(found: Discovery) -> str:
     rounds = f" in {len(found.rounds)} rounds" if len(found.rounds) > 1 else ""
     lost = f"; {found.dropped} not confirmed by collocation" if found.dropped else ""
     left = found.wound_left_out
-    wound = f" {left} more that are wound up were met (--wound lists them)." if left else ""
+    wound = f" {_counted(left, 'wound-up state', 'was', 'were')} met besides (--wound lists them)." if left else ""
     added = f" Deflation added {found.deflated[0]} in {found.deflated[1]} attempts." if found.deflated else ""
     return (
-        f"{found.converged} of {found.starts} starts{rounds} converged{within}; {found.distinct} different states are "
-        f"listed (a +/- pair counts once){lost}.{wound}{added} {completeness(found)}."
+        f"{found.converged} of {found.starts} starts{rounds} converged{within}; "
+        f"{_counted(found.distinct, 'different state')} listed (a +/- pair counts once){lost}.{wound}{added} "
+        f"{completeness(found)}."
     )
+
+
+def _counted(number: int, noun: str, one: str = "is", more: str = "are") -> str:
+    """'1 state is', '2 states are'."""
+    return f"{number} {noun} {one}" if number == 1 else f"{number} {noun}s {more}"
 
 
 def completeness(found: Discovery) -> str:
@@ -112,6 +118,11 @@ def completeness(found: Discovery) -> str:
     if found.unseen_estimate is None or found.unseen_probability is None:
         return "Too few were met to tell how many were not"
     return (
-        f"By the number met once, about {found.unseen_estimate:.1f} more were not met, and one more solution would be "
-        f"new with probability {found.unseen_probability:.1%}: an estimate, no proof"
+        f"By the number met once, about {_few(found.unseen_estimate)} more were not met, and one more solution would "
+        f"be new with probability {found.unseen_probability:.1%}: an estimate, no proof"
     )
+
+
+def _few(estimate: float) -> str:
+    """A number of states, with a decimal only where that matters: '0', '0.5', '20'."""
+    return f"{estimate:.2g}" if estimate < 10.0 else f"{estimate:.0f}"

@@ -169,8 +169,9 @@ def _draw_bars(groups: Sequence[tuple[str, list[Any], list[Any]]], comparison: A
             for end, place in zip((check.low, check.high), ends, strict=True):
                 _draw_end(end, place, comparison.scale, color, SYMBOLS[k % len(SYMBOLS)], ax)
             if check.measurement.state not in (name, name.removesuffix("+-")):
+                whisker = (check.high.error or 0.0) * comparison.scale
                 ax.annotate(
-                    label_of(check.measurement.state), xy=(ends[1][0], y), xytext=(7.0, 0.0), color=color,
+                    label_of(check.measurement.state), xy=(ends[1][0] + whisker, y), xytext=(7.0, 0.0), color=color,
                     textcoords="offset points", va="center_baseline", fontsize=NOTE_SIZE,
                 )  # fmt: skip
         ticks.append(0.5 * (top + y - 0.5 * ROW))

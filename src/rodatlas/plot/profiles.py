@@ -104,5 +104,6 @@ def _draw_heading(states: Mapping[str, Solution], fig: Figure) -> None:
         fig.text(0.077, 0.012, note, ha="left", va="bottom", fontsize=NOTE_SIZE)
     members = [n for n in states if base_name(n).endswith("+-") and {n[:-1] + "+", n[:-1] + "-"} - states.keys()]
     if members:
-        pairs = "; ".join(f"{label_of(n[:-1] + ('-' if n[-1] == '+' else '+'))} mirrors {label_of(n)}" for n in members)
-        fig.text(0.988, 0.012, rf"{pairs} under $s \to 1-s$.", ha="right", va="bottom", fontsize=NOTE_SIZE)
+        others = [label_of(n[:-1] + ("-" if n[-1] == "+" else "+")) for n in members]
+        pairs = f"{' and '.join(others)} {'is the reversal' if len(others) == 1 else 'are the reversals'}"
+        fig.text(0.988, 0.012, rf"{pairs} $s \to 1-s$, not drawn.", ha="right", va="bottom", fontsize=NOTE_SIZE)

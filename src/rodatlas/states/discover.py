@@ -196,19 +196,23 @@ def _collected(
         unseen_estimate=number, unseen_probability=chance, force_range=limit,
         rounds=max((tuple(r) for r in rounds), key=lambda r: r[-1]),
         wound_left_out=0 if wound else sum(c.wound(stable_only) for c in parts),
-        dropped=sum(not s for c in parts for s in c.states.values()), warnings=_doubts(ends, parts, rounds, counts),
+        dropped=sum(not s for c in parts for s in c.states.values()),
+        warnings=_doubts(ends, parts, rounds, counts, [len(c.kept(stable_only, wound)) for c in parts]),
     )  # fmt: skip
 
 
-def _doubts(ends: Ends, parts: list[_Census], rounds: list[list[int]], counts: np.ndarray) -> tuple[str, ...]:
+def _doubts(ends: Ends, parts: list[_Census], rounds: list[list[int]], counts: np.ndarray,
+            listed: list[int]) -> tuple[str, ...]:  # fmt: skip
     """What makes a list of states doubtful, in words.
 
     Parameters
     ----------
-    rounds : of each class. counts : how often each state that is listed was met.
+    rounds : of each class.
+    counts : how often each state that is listed was met.
+    listed : number of states of each class that are listed, a +/- pair counted once.
     """
     found = []
-    for census, done in zip(parts, rounds, strict=True):
+    for census, done, shown in zip(parts, rounds, listed, strict=True):
         cls, met = "+" if census.sign > 0 else "-", sum(census.counts.values())
         lost = sum(not s for s in census.states.values())
         if lost and lost == len(census.states):
@@ -216,6 +220,9 @@ def _doubts(ends: Ends, parts: list[_Census], rounds: list[list[int]], counts: n
             found.append(f"search: {said}: {_advice(ends)}")
         elif not met:
             found.append(f"search: class {cls}: none of {done[-1]} starts converged: {_advice(ends)}")
+        elif not shown:
+            found.append(f"search: class {cls}: all that {done[-1]} starts met is wound up or not stable, so that no "
+                         "state of it is listed: raise the number of starts")  # fmt: skip
         elif lost:
             found.append(f"search: class {cls}: {lost} of {len(census.states)} different solutions were not confirmed "
                          "by collocation and are missing from the list")  # fmt: skip

@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import math
+from collections import Counter
 from dataclasses import dataclass
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
 from rodatlas.continuation import Solution
-from rodatlas.rods.contact import Contact, self_contact
+from rodatlas.rods.band import NARROW
+from rodatlas.rods.contact import Contact, self_contact, width_text
 from rodatlas.rods.ends import Ends
 from rodatlas.rods.state import RodState
 from rodatlas.states.labels import chosen, in_order, labels, look, parse_label, slope
@@ -130,6 +132,22 @@ class Discovery:
         return not self.states and not self.wound_left_out
 
     @property
+    def remarks(self) -> tuple[str, ...]:
+        """What a reader of the list should know: the warnings, stable states that pass through themselves, and names
+        that several states have."""
+        found = [*self.warnings]
+        called = [label for label, s in zip(self.labels, self.states, strict=True) if s.stable and s.contact]
+        if called:
+            unnamed = called.count(None)
+            names = [*(label for label in called if label), *([f"{unnamed} without a name"] if unnamed else [])]
+            found.append(f"contact: a band {width_text(NARROW)} wide passes through itself in stable states "
+                         f"({', '.join(names)}); forces of contact are not modeled")  # fmt: skip
+        shared = Counter(s.name for s in self.states if s.name)
+        found += [f"names: {n} states are called {name}, numbered in order of energy" for name, n in shared.items()
+                  if n > 1]  # fmt: skip
+        return tuple(found)
+
+    @property
     def labels(self) -> tuple[str | None, ...]:
         """What each state is called: its name, numbered ('W:2') where others share it, see
         :mod:`rodatlas.states.labels`."""
@@ -164,7 +182,7 @@ class Discovery:
         deflation = None if self.deflated is None else {"found": self.deflated[0], "attempts": self.deflated[1]}
         return {
             "schema": SCHEMA, "angle_deg": self.ends.angle_deg, "shear": self.ends.shear,
-            "compression": self.ends.compression, "poisson": self.poisson, "warnings": list(self.warnings),
+            "compression": self.ends.compression, "poisson": self.poisson, "warnings": list(self.remarks),
             "states": [s.to_json() | {"label": label} for s, label in zip(self.states, self.labels, strict=True)],
             "search": {
                 "starts": self.starts, "converged": self.converged, "distinct": self.distinct,

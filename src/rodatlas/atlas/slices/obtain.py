@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from pathlib import Path
 
 from rodatlas.atlas.slices.cache import FolderCache
@@ -14,8 +15,11 @@ from rodatlas.atlas.stored import made_folder, peek, stored
 from rodatlas.atlas.unfinished import Say, silent
 from rodatlas.continuation import Branch
 from rodatlas.continuation.checks import check_type
+from rodatlas.continuation.store import checked_hdf5
 from rodatlas.files import claimed, exact
 from rodatlas.progress import Progress, tells
+
+SAME_BAND = ("angle_deg", "compression", "poisson")
 
 
 def stem_of(settings: SliceSettings) -> str:
@@ -41,6 +45,22 @@ def stem_of(settings: SliceSettings) -> str:
 def stored_slice(folder: Path, settings: SliceSettings) -> Slice | None:
     """The slice of some settings that a folder holds; None when it has none that can be used."""
     return peek(folder / f"{stem_of(settings)}.h5", SCHEMA, settings, read_slice)
+
+
+def related_slices(folder: Path, settings: SliceSettings) -> list[Slice]:
+    """Slices of the same band and clamps in a folder, whatever their shears; those of another version left out."""
+    stem = stem_of(SliceSettings(settings.angle_deg, settings.compression, settings.poisson))
+    found = []
+    for path in sorted(folder.glob(f"{stem}*.h5")):
+        try:
+            with checked_hdf5(path, SCHEMA) as file:
+                one = read_slice(file)
+                current = json.loads(file.attrs["identity"]) == one.settings.identity()
+        except (OSError, ValueError, KeyError):
+            continue
+        alike = (getattr(one.settings, name) == getattr(settings, name) for name in SAME_BAND)
+        found += [one] if current and all(alike) else []
+    return found
 
 
 @tells("slice")

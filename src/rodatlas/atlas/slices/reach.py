@@ -9,7 +9,7 @@ from typing import NamedTuple
 from rodatlas.atlas.slices.cache import BranchCache, MemoryCache
 from rodatlas.atlas.slices.coexisting import numbered_state
 from rodatlas.atlas.slices.compute import compute_slice
-from rodatlas.atlas.slices.obtain import stored_slice
+from rodatlas.atlas.slices.obtain import related_slices, stored_slice
 from rodatlas.atlas.slices.pick import member
 from rodatlas.atlas.slices.result import Slice
 from rodatlas.atlas.slices.settings import SliceSettings
@@ -76,7 +76,8 @@ def reach(
     if state is not None:
         return Reached(state.solution, "search")
     if not found.failed:
-        raise ValueError(_missing(settings, wanted, shear, found, stored))
+        known = [stored] if stored else related_slices(folder, settings) if folder else []
+        raise ValueError(_missing(settings, wanted, shear, found, known))
     say("slice, since no start of the search converged", 0, 1)
     return Reached(member(_of_computed(settings, name, shear, cache, progress), wanted.sign), "slice")
 
@@ -90,15 +91,23 @@ def _searched(settings: SliceSettings, shear: float, starts: int | None, progres
 
 
 def _missing(
-    settings: SliceSettings, wanted: Wanted, shear: float, found: Discovery, stored: Slice | None
+    settings: SliceSettings, wanted: Wanted, shear: float, found: Discovery, known: list[Slice]
 ) -> str:  # fmt: skip
-    """That a search has no state of a name: what it has, how complete it looks, and where to look on."""
+    """That a search has no state of a name: what it has, how complete it looks, and where to look on.
+
+    Parameters
+    ----------
+    known : slices of the band that are there, of any shears.
+    """
     there = ", ".join(label or "one without a name" for label in dict.fromkeys(found.labels))
     least = min((s.count for s in found.states), default=0)
     sure = f"{found.converged} of {found.starts} starts converged, and each of these was met {least} times or more"
-    ranges = _ranges(stored, wanted.name)
-    if ranges:
+    told = [(s, ranges) for s in known if (ranges := _ranges(s, wanted.name))]
+    if told:
+        one, ranges = max(told, key=lambda t: t[0].settings.shear_max - t[0].settings.shear_min)
         hint = f"{wanted.name} is stable for shear {ranges}"
+        if one.settings != settings:
+            hint += f" in the slice from {one.settings.shear_min:g} to {one.settings.shear_max:g}"
     else:
         hint = f"'rodatlas slice --angle {settings.angle_deg:g}{_options(settings)}' tells where it is"
     return (
@@ -113,10 +122,9 @@ def _options(settings: SliceSettings) -> str:
     return compression + (f" --poisson {settings.poisson:g}" if settings.poisson != 0.25 else "")
 
 
-def _ranges(found: Slice | None, name: str) -> str:
-    """Where a state is stable in a slice; '' when nowhere, or without a slice."""
-    states = found.states if found is not None else ()
-    return "; ".join(f"{s.shear[0]:.4f} to {s.shear[1]:.4f}" for s in states if s.name == name)
+def _ranges(found: Slice, name: str) -> str:
+    """Where a state is stable in a slice; '' when nowhere."""
+    return "; ".join(f"{s.shear[0]:.4f} to {s.shear[1]:.4f}" for s in found.states if s.name == name)
 
 
 def _of_computed(

@@ -168,7 +168,11 @@ class Slice:
 
     def __repr__(self) -> str:
         names = ", ".join(dict.fromkeys(s.name for s in self.states))
-        return f"Slice(angle {self.settings.angle_deg:g} deg: {len(self.branches)} branches; stable: {names})"
+        s = self.settings
+        return (
+            f"Slice(angle {s.angle_deg:g} deg, dL {s.compression:g}, dD {s.shear_min:g} to {s.shear_max:g}: "
+            f"{len(self.branches)} branches; stable: {names})"
+        )
 
     def states_at(self, shear: float, name: str = "") -> tuple[State, ...]:
         """All stable states at a shear, or all of one name, which may be several; in the order of `states`.
@@ -213,7 +217,7 @@ class Slice:
         return (*self.warnings, near) if near else self.warnings
 
     def save(self, path: str | os.PathLike[str]) -> None:
-        """Write to an HDF5 file, which replaces an older one only when complete."""
+        """Write to an HDF5 file. It replaces any file of that name, once it is complete."""
         from rodatlas.atlas.slices.store import save_slice
 
         save_slice(path, self)

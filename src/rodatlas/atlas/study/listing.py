@@ -165,6 +165,9 @@ def _inspect_json(path: Path) -> Entry | None:
     kind = schema.removeprefix("rodatlas/").rpartition("/")[0]
     contents = f"{len(data['states'])} states" if isinstance(data.get("states"), list) else ""
     settings = {k: data[k] for k in ("angle_deg", "shear", "compression", "poisson") if k in data}
+    bounds = data.get("shear_range")
+    if isinstance(bounds, list) and len(bounds) == 2:
+        settings |= dict(zip(("shear_min", "shear_max"), bounds, strict=True))
     return Entry(path.name, kind, "complete", settings, contents, size=now.st_size, mtime_ns=now.st_mtime_ns)
 
 

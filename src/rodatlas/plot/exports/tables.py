@@ -19,6 +19,7 @@ if TYPE_CHECKING:
 
 SAMPLES = 201
 UNITS = "lengths in L, forces in GJ/L^2, moments and energies in GJ/L"
+MEANT = "; psi0 in radians, a is EI1/GJ"
 
 
 def solution_table(solution: Solution, samples: int = SAMPLES) -> tuple[pd.DataFrame, list[str]]:
@@ -28,7 +29,7 @@ def solution_table(solution: Solution, samples: int = SAMPLES) -> tuple[pd.DataF
 
     s = np.linspace(0.0, 1.0, samples)
     named = [*zip(solution.parameter_names, solution.parameters.tolist(), strict=True), *solution.observables.items()]
-    lines = [*(f"{key} = {value:.12g}" for key, value in named), f"{UNITS}; body components"]
+    lines = [*(f"{key} = {value:.12g}" for key, value in named), f"{UNITS}; body components{MEANT}"]
     return pd.DataFrame(np.column_stack([s, solution(s)]), columns=["s", *solution.unknowns]), lines
 
 
