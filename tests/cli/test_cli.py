@@ -50,11 +50,22 @@ def test_wrong_input_is_one_line(capsys, tmp_path, monkeypatch, arguments, messa
     assert err.count("\n") == 1
 
 
-def test_a_state_that_is_not_there_says_what_is(capsys, tmp_path):
+def test_a_state_that_is_not_there_says_what_is(capsys, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)  # no slice here
     out = str(tmp_path / "x")
     code, _, err = run(capsys, "solve", "--angle", "15", "--shear", "0.2", "--state", "uUu", "--out", out)
     assert code == 2
-    assert "got 'uUu', which is stable for shear 0.6164 to 0.8200" in err.splitlines()[-1]
+    assert "at angle 15 and shear 0.2 (U, W; 1024 of 1024 starts" in err.splitlines()[-1]
+    assert err.splitlines()[-1].endswith("got 'uUu'; 'rodatlas slice --angle 15' tells where it is")
+
+
+def test_solve_tells_which_member_of_a_pair_it_took(capsys, tmp_path):
+    code, out, _ = run(
+        capsys, "solve", "--angle", "15", "--shear", "0.4", "--state", "US+-", "--out", str(tmp_path / "u")
+    )  # fmt: skip
+    assert code == 0
+    assert "US+ (from a search)" in out
+    assert "US+-" not in out
 
 
 def test_solve_writes_a_solution_that_reads_back(capsys, tmp_path):

@@ -96,6 +96,9 @@ def test_show_lists_the_results_of_other_commands(finished, capsys, tmp_path, mo
     slice_.states[0].solutions[0].save(tmp_path / "u.h5")
     (tmp_path / "cut.h5").write_bytes((tmp_path / "u.h5").read_bytes()[:4000])
     (tmp_path / "states.json").write_text('{"schema": "rodatlas/states/1", "angle_deg": 30, "states": [{}, {}]}')
+    (tmp_path / "short.json").write_text(
+        '{"schema": "rodatlas/slice/1", "angle_deg": 15, "shear_range": [0.0, 0.4], "states": [{}]}'
+    )
     (tmp_path / "slice-15-diagram.png").write_bytes(b"")
     code, out, _ = run(capsys, "show", tmp_path, "--json", "-")
     assert code == 0
@@ -106,7 +109,10 @@ def test_show_lists_the_results_of_other_commands(finished, capsys, tmp_path, mo
         "slice-15.h5": ("slice", "complete", "4 states, 9 branches"),
         "branch.h5": ("branch", "complete", f"{points} points"), "u.h5": ("solution", "complete", ""),
         "cut.h5": ("?", "damaged", ""), "states.json": ("states", "complete", "2 states"),
+        "short.json": ("slice", "complete", "1 states"),
     }  # fmt: skip
+    settings = {r["file"]: r["settings"] for r in data["results"]}
+    assert settings["short.json"] == {"angle_deg": 15, "shear_min": 0.0, "shear_max": 0.4}
     assert data["others"] == 1
     assert {p.name for p in tmp_path.iterdir() if p.name.startswith((".", "catalogue"))} == set()  # left alone
 
