@@ -181,3 +181,17 @@ def test_wrong_input_is_one_line(option, value, field, capsys):
     message = capsys.readouterr().err
     assert message.startswith(f"rodatlas: {field}: expected")
     assert message.count("\n") == 1
+
+
+def test_what_several_states_share_and_bands_that_touch_are_remarks():
+    """At dL = 0.95 two mirror images are called W, and all figure eights pass through themselves."""
+    found = find_states(Ends(15.0, 0.95, 0.0), classes="+", starts=256, stable_only=True)
+    assert found.warnings == ()
+    names = [r for r in found.remarks if r.startswith("names: ")]
+    assert names == ["names: 2 states are called W: W:1 is that of least energy, W:2 the next"]
+    touching = {s: label for s, label in zip(found.states, found.labels, strict=True) if s.contact}
+    for label in touching.values():
+        assert any(r.startswith(f"{label or 'a state without a name'}: a band L/80 wide") for r in found.remarks)
+    assert {"U", "W:1", "W:2"} <= set(touching.values())
+    assert found.to_json()["warnings"] == list(found.remarks)
+    assert find_states(Ends(15.0, 0.5, 0.1), classes="+", starts=64, stable_only=True).remarks == ()

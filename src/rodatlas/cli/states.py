@@ -65,7 +65,7 @@ def run(
     if found.failed:
         note(f"rodatlas: {found.warnings[0]}")
         raise typer.Exit(1)
-    for warning in found.warnings:
+    for warning in found.remarks:
         console.print(f"warning: {warning}", style="yellow", markup=False, soft_wrap=True)
 
 

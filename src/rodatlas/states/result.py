@@ -8,10 +8,11 @@ from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
 from rodatlas.continuation import Solution
-from rodatlas.rods.contact import Contact, self_contact
+from rodatlas.rods.band import NARROW
+from rodatlas.rods.contact import Contact, places_text, self_contact, width_text
 from rodatlas.rods.ends import Ends
 from rodatlas.rods.state import RodState
-from rodatlas.states.labels import chosen, in_order, labels, look, parse_label, slope
+from rodatlas.states.labels import SEPARATOR, chosen, in_order, labels, look, parse_label, slope
 from rodatlas.states.winding import is_wound, twist
 
 if TYPE_CHECKING:
@@ -136,6 +137,22 @@ class Discovery:
         energies = [s.solution["energy"] for s in self.states]
         return tuple(labels([s.name for s in self.states], energies, [slope(s.solution) for s in self.states]))
 
+    @property
+    def remarks(self) -> tuple[str, ...]:
+        """What a reader of the list should know: the warnings, names that several states share, bands that touch."""
+        names = [s.name for s in self.states if s.name is not None]
+        shared = [
+            f"names: {names.count(name)} states are called {name}: {name}{SEPARATOR}1 is that of least energy, "
+            f"{name}{SEPARATOR}2 the next"
+            for name in dict.fromkeys(names) if names.count(name) > 1
+        ]  # fmt: skip
+        touching = [
+            f"{label or 'a state without a name'}: a band {width_text(NARROW)} wide passes through itself at "
+            f"s = {places_text(state.contact)}; forces of contact are not modeled"
+            for state, label in zip(self.states, self.labels, strict=True) if state.stable and state.contact
+        ]  # fmt: skip
+        return (*self.warnings, *shared, *dict.fromkeys(touching))
+
     def all_named(self, name: str) -> tuple[FoundState, ...]:
         """All states of a name, in the order of their numbers; of 'US', 'US+' or 'US-' that member of each pair.
 
@@ -164,7 +181,7 @@ class Discovery:
         deflation = None if self.deflated is None else {"found": self.deflated[0], "attempts": self.deflated[1]}
         return {
             "schema": SCHEMA, "angle_deg": self.ends.angle_deg, "shear": self.ends.shear,
-            "compression": self.ends.compression, "poisson": self.poisson, "warnings": list(self.warnings),
+            "compression": self.ends.compression, "poisson": self.poisson, "warnings": list(self.remarks),
             "states": [s.to_json() | {"label": label} for s, label in zip(self.states, self.labels, strict=True)],
             "search": {
                 "starts": self.starts, "converged": self.converged, "distinct": self.distinct,
