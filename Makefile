@@ -28,7 +28,7 @@ demo: setup
 	$(BIN)/rodatlas slice --angle 15 --out out
 
 test: setup
-	$(BIN)/python -m pytest -n 2
+	$(BIN)/python -m pytest -n 2 --dist loadfile
 
 lint: setup
 	$(BIN)/ruff check src tests benchmarks examples

@@ -1,26 +1,36 @@
-"""Fixtures that several test folders share: computed once per worker."""
+"""Fixtures that several test folders share: computed once, by one of the workers, and read by the others."""
 
 import pytest
 
 import small_results
-from rodatlas.atlas import LociSettings, SliceSettings, compute_loci, compute_slice
+from rodatlas.atlas import LociSettings, SliceSettings
+from rodatlas.atlas.loci.obtain import obtain_loci
+from rodatlas.atlas.slices.obtain import obtain_slice
 
 
 @pytest.fixture(scope="session")
-def slice_15():
-    return compute_slice(SliceSettings(15.0))
+def shared(tmp_path_factory, worker_id):
+    """A folder for results that all workers use; who needs one that another is computing waits for it."""
+    own = tmp_path_factory.getbasetemp()
+    folder = (own if worker_id == "master" else own.parent) / "shared"
+    folder.mkdir(exist_ok=True)
+    return folder
 
 
 @pytest.fixture(scope="session")
-def slice_30():
-    return compute_slice(SliceSettings(30.0))
+def slice_15(shared):
+    return obtain_slice(SliceSettings(15.0), shared)
 
 
 @pytest.fixture(scope="session")
-def loci(slice_15):
+def slice_30(shared):
+    return obtain_slice(SliceSettings(30.0), shared)
+
+
+@pytest.fixture(scope="session")
+def loci(shared):
     """The loci that the slice at 15 degrees leads to: all but 16 and 17, which need slices of their own."""
-    numbers = [n for n in range(19) if n not in (16, 17)]
-    return compute_loci(LociSettings(), lambda angle: slice_15, numbers)
+    return obtain_loci(LociSettings(), shared, [n for n in range(19) if n not in (16, 17)])
 
 
 @pytest.fixture(scope="session")
