@@ -201,17 +201,13 @@ def with_tests(frame: Frame) -> Frame:
     return replace(frame, branch_test=(fac.sign, fac.log_det), weakest=vector, weakness=value)
 
 
-def adapted(frame: Frame, options: TraceOptions, correct: bool) -> tuple[Frame, int]:
+def adapted(frame: Frame, options: TraceOptions) -> tuple[Frame, int]:
     """Move the mesh, and change its size, to follow the solution; returns the frame and Newton iterations spent.
 
-    Along a branch the next step corrects the interpolation, whose error is far below that of a predictor. With
-    `correct` the frame is corrected here; the old frame comes back when that fails, or when it would carry the point
-    across a fold.
+    The state is interpolated: the next step corrects that, whose error is far below that of a predictor.
     """
-    control = options.mesh
-    colloc = frame.colloc
-    intervals = len(colloc.step)
-    error, spent = frame.error, 0
+    control, colloc = options.mesh, frame.colloc
+    intervals, error, spent = len(colloc.step), frame.error, 0
     if not control.is_fixed_size:
         estimate, spent = error_estimate(colloc, frame.x, frame.tangent), 2
         error = estimate.error
@@ -219,15 +215,4 @@ def adapted(frame: Frame, options: TraceOptions, correct: bool) -> tuple[Frame, 
     mesh = equidistribute(colloc.mesh, monitor(colloc, frame.x), intervals)
     moved = frame.on_mesh(mesh if colloc.within is None else colloc.within.mesh(mesh))
     carried = error * max(1.0, len(colloc.step) / intervals) ** (2 * colloc.scheme.points)  # on fewer intervals
-    if not correct:
-        return replace(moved, error=carried), spent
-    result = newton(moved.colloc, moved.x, [plane(moved.colloc, moved.tangent, moved.x)], options.newton)
-    spent += len(result.corrections)
-    if not result.converged or result.factorization is None:
-        return replace(frame, error=error), spent
-    t = unit_tangent(moved.colloc, result.factorization, moved.tangent)
-    if t.scalars[0] * frame.fold_test < 0:
-        return replace(frame, error=error), spent
-    sign = frame.branch_test[0] or result.factorization.sign
-    tests = (sign, result.factorization.log_det)
-    return replace(moved, x=result.state, tangent=t, error=carried, branch_test=tests), spent
+    return replace(moved, error=carried), spent

@@ -10,6 +10,7 @@ from rodatlas.continuation.collocation import Collocation, add
 from rodatlas.continuation.linear import Columns
 
 MIN_INTERVALS = 4
+ACCEPTED = 10.0  # errors up to this multiple of the tolerance: between two adaptations a mesh lags behind the solution
 MIN_WIDTH = 1e-12  # narrowest interval, in units of the mean one: below about 1e-14 two mesh points could coincide
 
 
@@ -43,6 +44,10 @@ class MeshControl:
     @property
     def is_fixed_size(self) -> bool:
         return self.intervals[0] == self.intervals[1]
+
+    def accepts(self, error: float) -> bool:
+        """Whether an estimated error is one to return without a word; on a mesh of fixed size none is estimated."""
+        return self.is_fixed_size or error <= ACCEPTED * self.tolerance
 
 
 def monitor(colloc: Collocation, x: Columns) -> np.ndarray:

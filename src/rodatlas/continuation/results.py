@@ -36,15 +36,23 @@ class EndReason(Enum):
     ROUND_OFF = "round-off: forces or kernels are too large to be known better, on any mesh"
     MIN_STEP = "the step became too small: loosen the tolerance, allow more intervals or a smaller minimum step"
     MESH_LIMIT = "the tolerance needs more intervals than allowed: raise intervals or loosen the tolerance"
+    UNREFINED = (
+        "the state is lost when its mesh is refined, so it may be one of the discrete equations only: start closer to "
+        "a solution, or from more intervals"
+    )
     STOPPED = "stopped by the caller"
     INTERRUPTED = "interrupted: the part computed so far is kept"
 
 
 class Status(Enum):
-    """How well a special point is known."""
+    """How well a special point is known.
+
+    UNRESOLVED: Newton converged, but the error on the finest mesh allowed exceeds ten times the tolerance.
+    """
 
     CONVERGED = "converged"
     BRACKETED = "bracketed"
+    UNRESOLVED = "converged on a mesh that misses the tolerance"
 
 
 @dataclass(frozen=True, eq=False)

@@ -16,12 +16,14 @@ from rodatlas.continuation.events import (
     may_be_singular_twice,
     unresolved,
 )
-from rodatlas.continuation.frame import Frame, adapted, with_tests
+from rodatlas.continuation.frame import Frame, adapted
 from rodatlas.continuation.isotropy import with_symmetry
+from rodatlas.continuation.mesh import ACCEPTED, error_estimate
 from rodatlas.continuation.multiple_events import told_apart
 from rodatlas.continuation.newton import NewtonCode, fixed, newton, plane
 from rodatlas.continuation.options import TraceOptions
 from rodatlas.continuation.results import EndReason, Point, SpecialPoint
+from rodatlas.continuation.settle import across, settled
 from rodatlas.continuation.verification import NEARLY_SINGULAR, ROUND_OFF, Discrepancy
 
 
@@ -36,6 +38,15 @@ class Step:
 
 
 @dataclass(frozen=True)
+class Doubt:
+    """Arclengths between two estimates of the error, of which the second is more than accepted."""
+
+    low: float
+    high: float
+    error: float
+
+
+@dataclass(frozen=True)
 class _Trial:
     """A corrected step: the frame reached, its distance, Newton's work, and whether it lies on a bound."""
 
@@ -47,7 +58,7 @@ class _Trial:
 
 
 class Walker:
-    """Follows a branch from a frame; iterate over it, then read `end`, `failure` and `newton_iterations`.
+    """Follows a branch from a frame; iterate over it, then read `end`, `failure`, `doubts` and `newton_iterations`.
 
     Iteration may be broken off and taken up again; `last` is the point reached.
 
@@ -74,6 +85,8 @@ class Walker:
         self._count = 0
         self._early: set[str] = set()
         self._passed: SpecialPoint | None = None
+        self.doubts: list[Doubt] = []
+        self._sure = arclength
 
     @property
     def scale(self) -> Scale:
@@ -84,6 +97,10 @@ class Walker:
         return self._first
 
     def __iter__(self) -> Iterator[Step]:
+        yield from self._walk()
+        self._measure_end()
+
+    def _walk(self) -> Iterator[Step]:
         while self.end is None:
             if self._count and self._count % self.options.mesh.every == 0:
                 self._adapt()
@@ -308,32 +325,30 @@ class Walker:
         )  # fmt: skip
 
     def _adapt(self) -> None:
-        control, before = self.options.mesh, len(self.frame.colloc.step)
-        self.frame, spent = adapted(self.frame, self.options, correct=False)
+        """Let the mesh follow; where the error is more than a step may correct, or than is accepted, settle it here."""
+        control, here = self.options.mesh, self.frame
+        moved, spent = adapted(here, self.options)
         self.newton_iterations += spent
-        for _ in range(6):  # where the error exceeds what a step may correct, no step would be accepted
-            if not self.frame.error > 0.1 * self.options.step.max_correction * self._step:
-                break
-            finer, spent = adapted(self.frame, self.options, correct=True)
-            self.newton_iterations += spent
-            if len(finer.colloc.step) <= len(self.frame.colloc.step):
-                break
-            self.frame = finer
-        at_limit = before >= control.intervals[1] and not control.is_fixed_size
-        if at_limit and self.frame.error > 10 * control.tolerance:
-            self.end = EndReason.MESH_LIMIT
+        self._measured(moved.error)
+        step_error = 0.1 * self.options.step.max_correction * self._step  # with more no step would be accepted
+        if moved.error > min(step_error, ACCEPTED * control.tolerance):
+            found = settled(here, self.options, (across,))
+            self.newton_iterations += found.spent
+            sign, log_det = found.frame.branch_test
+            moved = replace(found.frame, branch_test=(here.branch_test[0] or sign, log_det))
+            if found.missed in (EndReason.MESH_LIMIT, EndReason.UNREFINED):
+                self.end = found.missed
+        self.frame = moved
 
+    def _measure_end(self) -> None:
+        """Estimate the error of the last point too, for the mesh has followed since the last adaptation only so far."""
+        if self._count % self.options.mesh.every and not self.options.mesh.is_fixed_size:
+            estimate = error_estimate(self.frame.colloc, self.frame.x, self.frame.tangent)
+            self.newton_iterations += 2
+            self._measured(estimate.error)
 
-def settled(frame: Frame, options: TraceOptions, passes: int = 6) -> Frame:
-    """Adapt the mesh at one point until its size and error have settled; the continuation parameter is held."""
-    name = frame.colloc.bvp.parameter_names[frame.colloc.free[0]]
-    value = float(frame.colloc.parameters(frame.x)[frame.colloc.free[0]])
-    for _ in range(passes):
-        before = len(frame.colloc.step)
-        frame, _ = adapted(frame, options, correct=True)
-        if options.mesh.is_fixed_size or (
-            len(frame.colloc.step) == before and frame.error <= options.mesh.tolerance
-        ):
-            break
-    held = newton(frame.colloc, frame.x, [fixed(name, value)(frame.colloc)], options.newton)
-    return with_tests(replace(frame, x=held.state) if held.converged else frame)
+    def _measured(self, error: float) -> None:
+        """Keep in mind where points may have more than the accepted error: since it was last estimated."""
+        if not self.options.mesh.accepts(error):
+            self.doubts.append(Doubt(self._sure, self.last.arclength, error))
+        self._sure = self.last.arclength
