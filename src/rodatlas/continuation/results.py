@@ -30,7 +30,10 @@ class EndReason(Enum):
     START = "starts here"
     BRANCH_POINT = "ends at a branch point of another branch"
     FOLD_LIMIT = "the allowed number of folds is reached"
-    POINT_LIMIT = "the allowed number of points is reached: raise max_points"
+    POINT_LIMIT = (
+        "the allowed number of points is reached: raise max_points, or give larger `scales` to unknowns and parameters "
+        "that change by much more than one"
+    )
     CRITICALITY = "ends where a pitchfork changes between super- and subcritical"
     UNFOLDED = "the branch point does not persist: it needs a symmetry or a branch that the second parameter breaks"
     ROUND_OFF = "round-off: forces or kernels are too large to be known better, on any mesh"

@@ -21,6 +21,7 @@ from rodatlas.continuation.settle import across, at_own_parameter, settled
 from rodatlas.continuation.solution import Solution
 from rodatlas.failures import Failure
 
+FARTHEST, CLOSEST = 50.0, 0.05  # distance of two bounds, in units of the parameter
 IDLE = 1e-11  # effect of a parameter, in scaled variables, that is round-off
 DOUBTFUL = 1e-7  # smallest singular value of a settled start below which it is asked whether it is determined
 
@@ -52,8 +53,10 @@ def first_state(
     bvp: BVP, guess: Solution, free: Sequence[str], options: TraceOptions, scale: Scale | None = None
 ) -> Frame:
     """First frame of a run, at the guess's own parameter; exceptions as in :func:`rodatlas.continuation.trace`."""
+    indices = free_indices(bvp, free)
     guess = _on_allowed_mesh(_checked(bvp, guess), options)
-    where, indices = f"start of the run at {guess!r}", free_indices(bvp, free)
+    where = f"start of the run at {guess!r}"
+    scale = scale or unit_of_bounds(bvp, guess, indices, options)
     frame, result = first_frame(bvp, guess, indices, options, scale)
     by_hand = not np.isfinite(guess.error)  # from a computed solution a step that is too long should fail
     if frame is None and by_hand and result.code in (NewtonCode.DIVERGED, NewtonCode.SLOW, NewtonCode.NOT_FINITE):
@@ -79,6 +82,20 @@ def first_state(
         solution = frame.colloc.solution(frame.x, frame.error)
         raise NotConverged(found.missed, f"{solution!r}", solution)
     return frame
+
+
+def unit_of_bounds(bvp: BVP, guess: Solution, free: list[int], options: TraceOptions) -> Scale:
+    """The units of a run: a free parameter without a declared scale gets one that suits its bounds.
+
+    One, unless the bounds are so far apart that a branch would take more than a hundred of the longest steps by
+    default, or so close that the first steps would leap over them.
+    """
+    scale = Scale.of(bvp, guess)
+    for i in free:
+        low, high = options.bounds.get(bvp.parameter_names[i], (-np.inf, np.inf))
+        if bvp.parameter_names[i] not in bvp.scales and np.isfinite(high - low):
+            scale.parameters[i] = np.clip(1.0, (high - low) / FARTHEST, (high - low) / CLOSEST)
+    return scale
 
 
 def _on_allowed_mesh(guess: Solution, options: TraceOptions) -> Solution:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 
@@ -15,7 +16,7 @@ from rodatlas.continuation.recheck import rechecked
 from rodatlas.continuation.resolve import resolved
 from rodatlas.continuation.results import Branch, EndReason
 from rodatlas.continuation.solution import Solution
-from rodatlas.continuation.start import first_state
+from rodatlas.continuation.start import NotConverged, check_belongs, first_state
 from rodatlas.continuation.walker import Walker
 
 
@@ -29,7 +30,7 @@ def solve(
     guess : Solution
         its parameters are kept, except those that the conditions determine.
     free : names of bvp.n_free parameters; the first is held, the others are solved for. With one free parameter
-        the choice does not matter and may be left out.
+        the choice does not matter and may be left out. A problem without parameters is solved too.
 
     Raises
     ------
@@ -39,9 +40,27 @@ def solve(
         when the guess belongs to another problem or holds NaN.
     """
     options = options or TraceOptions()
+    if not bvp.parameters:
+        return _solved_without_parameters(bvp, guess, options)
     free = free or (bvp.parameter_names[:1] if bvp.n_free == 1 else ())
     frame = first_state(bvp, guess, free, options)
     return frame.colloc.solution(frame.x, frame.error)
+
+
+def _solved_without_parameters(bvp: BVP, guess: Solution, options: TraceOptions) -> Solution:
+    """Solve with a parameter that has no effect, which is held as the continuation parameter."""
+    name = "held_parameter"
+    check_belongs(bvp, "start", guess)
+
+    def bare(solution: Solution) -> Solution:
+        return replace(solution, parameter_names=(), parameters=np.zeros(0))
+
+    given = replace(guess, parameter_names=(name,), parameters=np.zeros(1))
+    try:
+        return bare(solve(bvp.with_parameter(name), given, (name,), options))
+    except NotConverged as error:
+        found = error.solution and bare(error.solution)
+        raise NotConverged(error.code, f"start of the run at {guess!r}", found) from None
 
 
 def trace(
