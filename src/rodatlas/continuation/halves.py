@@ -146,7 +146,9 @@ def _collect(half: Half) -> tuple[list[Point], list[SpecialPoint], list[Discrepa
     points, special = doubted(
         [s.point for s in steps], [x for s in steps for x in s.special], half.walker.doubts
     )  # fmt: skip
-    return points, special, [s.discrepancy for s in steps if s.discrepancy]
+    found = [s.discrepancy for s in steps if s.discrepancy]
+    unseen = [d for d in half.walker.unseen if all(d.bracket != other.bracket for other in found)]
+    return points, special, sorted([*found, *unseen], key=lambda d: d.bracket)
 
 
 def _is_at_start(before: list[SpecialPoint], after: list[SpecialPoint]) -> bool:

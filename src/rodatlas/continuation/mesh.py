@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from rodatlas.continuation.collocation import Collocation, add
-from rodatlas.continuation.linear import Columns
+from rodatlas.continuation.linear import Columns, Factorization
 
 MIN_INTERVALS = 4
 ACCEPTED = 10.0  # errors up to this multiple of the tolerance: between two adaptations a mesh lags behind the solution
@@ -108,7 +108,21 @@ class ErrorEstimate:
         return self.error < 1e-5 and self.round_off > 0.2 * self.error
 
 
+@dataclass(frozen=True)
+class Halves:
+    """The discretisation on halved intervals, the factored matrix there (bordered), and the error that it tells."""
+
+    colloc: Collocation
+    factorization: Factorization
+    estimate: ErrorEstimate
+
+
 def error_estimate(colloc: Collocation, x: Columns, tangent: Columns | None = None) -> ErrorEstimate:
+    """Error of the solution at its mesh points, see :func:`halves_of`."""
+    return halves_of(colloc, x, tangent).estimate
+
+
+def halves_of(colloc: Collocation, x: Columns, tangent: Columns | None = None) -> Halves:
     r"""Error of the solution at its mesh points.
 
     The solution is carried to the mesh of halved intervals, where the collocation error is about
@@ -130,10 +144,11 @@ def error_estimate(colloc: Collocation, x: Columns, tangent: Columns | None = No
         row = fine.row(carry(tangent))
     factorization = fine.factor(lin, [row])
     if factorization.sign == 0.0:
-        return ErrorEstimate(float("nan"), float("nan"))
+        return Halves(fine, factorization, ErrorEstimate(float("nan"), float("nan")))
     dx = factorization.solve(fine.right_hand_side(lin.residual, [row], [0.0]))
     again = factorization.solve(fine.right_hand_side(fine.linearize(add(y, (1.0, dx))).residual, [row], [0.0]))
-    return ErrorEstimate(*(relative_change(colloc, x, Columns(d.stage, d.mesh[::2], d.scalars)) for d in (dx, again)))
+    sizes = (relative_change(colloc, x, Columns(d.stage, d.mesh[::2], d.scalars)) for d in (dx, again))
+    return Halves(fine, factorization, ErrorEstimate(*sizes))
 
 
 def relative_change(colloc: Collocation, x: Columns, dx: Columns) -> float:

@@ -106,7 +106,7 @@ def _on_better_mesh(
         if len(mesh) - 1 > control.intervals[1] or (i > 0 and len(mesh) == len(colloc.mesh)):
             continue
         moved = frame.on_mesh(mesh if colloc.within is None else colloc.within.mesh(mesh))
-        found, more = _corrected(moved, options.newton, holds, damped and i > 0)
+        found, more = corrected(moved, options.newton, holds, damped and i > 0)
         spent += more
         if found is not None:
             shrunk = max(1.0, len(colloc.step) / len(moved.colloc.step)) ** (2 * colloc.scheme.points)
@@ -124,8 +124,8 @@ def refined_within(frame: Frame, most: int) -> np.ndarray:
     return np.sort(np.concatenate([mesh, (mesh[worst] + mesh[worst + 1]) / 2]))
 
 
-def _corrected(
-    moved: Frame, options: NewtonOptions, holds: Sequence[Hold], damped: bool
+def corrected(
+    moved: Frame, options: NewtonOptions, holds: Sequence[Hold], damped: bool = False
 ) -> tuple[Frame | None, int]:
     """Newton on a new mesh; what turns the tangent round, as a correction across a fold does, is refused."""
     spent = 0

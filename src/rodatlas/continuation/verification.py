@@ -12,6 +12,9 @@ ROUND_OFF = (
     "the determinant changes sign, but no singular value vanishes: round-off, or a test function that means nothing "
     "here"
 )
+UNRESOLVED_MODE = (
+    "the mesh did not resolve the mode in which the problem is nearest to singular: a branch point may lie there"
+)
 
 
 @dataclass(frozen=True)

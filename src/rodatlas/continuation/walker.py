@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
+from itertools import pairwise
 
 import numpy as np
 
@@ -16,15 +17,16 @@ from rodatlas.continuation.events import (
     may_be_singular_twice,
     unresolved,
 )
-from rodatlas.continuation.frame import Frame, adapted
+from rodatlas.continuation.frame import Frame
 from rodatlas.continuation.isotropy import with_symmetry
-from rodatlas.continuation.mesh import ACCEPTED, error_estimate
+from rodatlas.continuation.mesh import ACCEPTED
+from rodatlas.continuation.modes import adapted, measured_at, with_resolved_mode
 from rodatlas.continuation.multiple_events import told_apart
 from rodatlas.continuation.newton import NewtonCode, fixed, newton, plane
 from rodatlas.continuation.options import TraceOptions
 from rodatlas.continuation.results import EndReason, Point, SpecialPoint
 from rodatlas.continuation.settle import across, settled
-from rodatlas.continuation.verification import NEARLY_SINGULAR, ROUND_OFF, Discrepancy
+from rodatlas.continuation.verification import NEARLY_SINGULAR, ROUND_OFF, UNRESOLVED_MODE, Discrepancy
 
 
 @dataclass(frozen=True)
@@ -58,7 +60,8 @@ class _Trial:
 
 
 class Walker:
-    """Follows a branch from a frame; iterate over it, then read `end`, `failure`, `doubts` and `newton_iterations`.
+    """Follows a branch from a frame; iterate over it, then read `end`, `failure`, `doubts` and `unseen` (points and
+    intervals that the mesh did not resolve) and `newton_iterations`.
 
     Iteration may be broken off and taken up again; `last` is the point reached.
 
@@ -86,7 +89,8 @@ class Walker:
         self._early: set[str] = set()
         self._passed: SpecialPoint | None = None
         self.doubts: list[Doubt] = []
-        self._sure = arclength
+        self.unseen: list[Discrepancy] = []
+        self._window = [self._first]  # points since the mesh was looked at
 
     @property
     def scale(self) -> Scale:
@@ -108,6 +112,7 @@ class Walker:
             if step is None:
                 return
             self.last = step.point
+            self._window.append(step.point)
             self._count += 1
             if self.end is None and self._count >= self.options.max_points:
                 self.end = EndReason.POINT_LIMIT
@@ -247,11 +252,13 @@ class Walker:
         return watched and may_be_singular_twice(segment) and not any(e.special.kind == "branch point" for e in events)
 
     def _record(self, point: Point, kinds: tuple[str, ...], reason: str = "") -> Discrepancy:
-        last = self.last
-        name = point.solution.parameter_names[int(self.frame.colloc.free[0])]
+        return self._between(self.last, point, kinds, reason)
+
+    def _between(self, one: Point, two: Point, kinds: tuple[str, ...], reason: str) -> Discrepancy:
+        name = one.solution.parameter_names[int(self.frame.colloc.free[0])]
         return Discrepancy(
-            (last.arclength, point.arclength), (last.index, point.index), kinds,
-            (last.solution[name], point.solution[name]), reason,
+            (one.arclength, two.arclength), (one.index, two.index), kinds, (one.solution[name], two.solution[name]),
+            reason,
         )  # fmt: skip
 
     def _accept(
@@ -327,28 +334,33 @@ class Walker:
     def _adapt(self) -> None:
         """Let the mesh follow; where the error is more than a step may correct, or than is accepted, settle it here."""
         control, here = self.options.mesh, self.frame
-        moved, spent = adapted(here, self.options)
-        self.newton_iterations += spent
-        self._measured(moved.error)
+        found = adapted(here, self.options, first=self._count == self.options.mesh.every)
+        self.newton_iterations += found.spent
+        self._measured(found.error, found.resolved)
+        self.frame = found.frame
         step_error = 0.1 * self.options.step.max_correction * self._step  # with more no step would be accepted
-        if moved.error > min(step_error, ACCEPTED * control.tolerance):
-            found = settled(here, self.options, (across,))
-            self.newton_iterations += found.spent
-            sign, log_det = found.frame.branch_test
-            moved = replace(found.frame, branch_test=(here.branch_test[0] or sign, log_det))
-            if found.missed in (EndReason.MESH_LIMIT, EndReason.UNREFINED):
-                self.end = found.missed
-        self.frame = moved
+        if self.frame.error > min(step_error, ACCEPTED * control.tolerance):
+            better = settled(here, self.options, (across,))
+            self.newton_iterations += better.spent
+            sign, log_det = better.frame.branch_test
+            self.frame = replace(better.frame, branch_test=(here.branch_test[0] or sign, log_det))
+            if here.with_mode or not found.resolved:
+                self.frame, spent = with_resolved_mode(self.frame, self.options)
+                self.newton_iterations += spent
+            if better.missed in (EndReason.MESH_LIMIT, EndReason.UNREFINED):
+                self.end = better.missed
 
     def _measure_end(self) -> None:
-        """Estimate the error of the last point too, for the mesh has followed since the last adaptation only so far."""
+        """Look at the last point too, for the mesh has followed since the last adaptation only so far."""
         if self._count % self.options.mesh.every and not self.options.mesh.is_fixed_size:
-            estimate = error_estimate(self.frame.colloc, self.frame.x, self.frame.tangent)
+            error, resolved = measured_at(self.frame)
             self.newton_iterations += 2
-            self._measured(estimate.error)
+            self._measured(error, resolved)
 
-    def _measured(self, error: float) -> None:
-        """Keep in mind where points may have more than the accepted error: since it was last estimated."""
+    def _measured(self, error: float, resolved: bool) -> None:
+        """Keep in mind where points or test functions may be wrong: since they were looked at last."""
         if not self.options.mesh.accepts(error):
-            self.doubts.append(Doubt(self._sure, self.last.arclength, error))
-        self._sure = self.last.arclength
+            self.doubts.append(Doubt(self._window[0].arclength, self.last.arclength, error))
+        if not resolved and "branch point" in self.options.locate:
+            self.unseen += [self._between(a, b, (), UNRESOLVED_MODE) for a, b in pairwise(self._window)]
+        self._window = [self.last]
