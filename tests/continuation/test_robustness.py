@@ -362,7 +362,7 @@ def test_a_settled_start_outside_the_domain_is_refused(monkeypatch: pytest.Monke
     """Should moving the mesh lead there, the run does not begin."""
     module = import_module("rodatlas.continuation.start")
 
-    def astray(frame, options, holds, damped):
+    def astray(frame, options, holds, anywhere):
         return Settled(replace(frame, x=scaled(frame.x, float("nan"))), 0, None)
 
     monkeypatch.setattr(module, "settled", astray)

@@ -21,8 +21,9 @@ from rodatlas.continuation.newton import Condition, NewtonOptions, NewtonResult,
 from rodatlas.continuation.options import TraceOptions
 from rodatlas.continuation.results import EndReason
 
-PASSES = 16  # meshes at one state: 6 doublings lead from the fewest intervals to the most, then the places settle
-STALLED = 0.7  # of the smallest error so far: a mesh that may not grow and brings no less ends the search
+PASSES = 24  # meshes at one state: 6 doublings lead from the fewest intervals to the most, then the places settle
+STALLED = 0.7  # of the smallest error so far: a mesh that may not grow and brings no less is no progress
+PATIENCE = 3  # meshes without progress: places that were found from a state that oscillates need several moves
 
 Hold = Callable[[Frame], Condition]
 """The condition that singles out a point of the branch, on the mesh of a frame."""
@@ -53,15 +54,15 @@ def at_own_parameter(frame: Frame) -> Hold:
     return at_value(frame.colloc.bvp.parameter_names[index], float(frame.colloc.parameters(frame.x)[index]))
 
 
-def settled(frame: Frame, options: TraceOptions, holds: Sequence[Hold], damped: bool = False) -> Settled:
+def settled(frame: Frame, options: TraceOptions, holds: Sequence[Hold], anywhere: bool = False) -> Settled:
     """Adapt the mesh at one point until its size and error have settled.
 
     Parameters
     ----------
     holds : tried in turn on each mesh: the first one under which Newton converges corrects the state.
-    damped : fall back to a damped iteration, which may lead further away.
+    anywhere : accept a state further away, or beyond a fold, and fall back to a damped iteration.
     """
-    control, best, spent = options.mesh, frame, 0
+    control, best, spent, stalls = options.mesh, frame, 0, 0
     estimate, least = ErrorEstimate(float("nan"), float("nan")), np.inf
     for _ in range(PASSES):
         before = len(frame.colloc.step)
@@ -72,9 +73,11 @@ def settled(frame: Frame, options: TraceOptions, holds: Sequence[Hold], damped: 
             best = frame
         intervals = wanted(control, before, estimate)
         if intervals <= before and estimate.error > max(control.tolerance, STALLED * least):
-            break
+            stalls += 1
+            if stalls > PATIENCE or estimate.is_round_off:
+                break
         least = min(least, estimate.error)
-        found, more = _on_better_mesh(frame, intervals, options, holds, damped)
+        found, more = _on_better_mesh(frame, intervals, options, holds, anywhere)
         spent += more
         if found is None:
             break
@@ -95,7 +98,7 @@ def _missed(frame: Frame, estimate: ErrorEstimate, control: MeshControl) -> EndR
 
 
 def _on_better_mesh(
-    frame: Frame, intervals: int, options: TraceOptions, holds: Sequence[Hold], damped: bool
+    frame: Frame, intervals: int, options: TraceOptions, holds: Sequence[Hold], anywhere: bool
 ) -> tuple[Frame | None, int]:
     """The state corrected on a mesh of better places or, where that fails and more are needed, on a finer one."""
     colloc, control, spent = frame.colloc, options.mesh, 0
@@ -106,7 +109,7 @@ def _on_better_mesh(
         if len(mesh) - 1 > control.intervals[1] or (i > 0 and len(mesh) == len(colloc.mesh)):
             continue
         moved = frame.on_mesh(mesh if colloc.within is None else colloc.within.mesh(mesh))
-        found, more = corrected(moved, options.newton, holds, damped and i > 0)
+        found, more = corrected(moved, options.newton, holds, anywhere, damped=anywhere and i > 0)
         spent += more
         if found is not None:
             shrunk = max(1.0, len(colloc.step) / len(moved.colloc.step)) ** (2 * colloc.scheme.points)
@@ -125,7 +128,7 @@ def refined_within(frame: Frame, most: int) -> np.ndarray:
 
 
 def corrected(
-    moved: Frame, options: NewtonOptions, holds: Sequence[Hold], damped: bool = False
+    moved: Frame, options: NewtonOptions, holds: Sequence[Hold], anywhere: bool = False, damped: bool = False
 ) -> tuple[Frame | None, int]:
     """Newton on a new mesh; what turns the tangent round, as a correction across a fold does, is refused."""
     spent = 0
@@ -142,6 +145,6 @@ def corrected(
                 if not (np.isfinite(size) and size > 0):
                     continue
                 tangent = scaled(v, float(np.copysign(1.0, moved.colloc.inner(v, moved.tangent))) / size)
-                if damped or tangent.scalars[0] * moved.fold_test >= 0:
+                if anywhere or tangent.scalars[0] * moved.fold_test >= 0:
                     return replace(moved, x=result.state, tangent=tangent), spent
     return None, spent

@@ -22,6 +22,7 @@ from rodatlas.continuation.solution import Solution
 from rodatlas.failures import Failure
 
 FARTHEST, CLOSEST = 50.0, 0.05  # distance of two bounds, in units of the parameter
+MORE = 4  # times the intervals, when finer meshes lose what was found from a guess by hand
 IDLE = 1e-11  # effect of a parameter, in scaled variables, that is round-off
 DOUBTFUL = 1e-7  # smallest singular value of a settled start below which it is asked whether it is determined
 
@@ -52,19 +53,36 @@ class NotConverged(Failure, RuntimeError):
 def first_state(
     bvp: BVP, guess: Solution, free: Sequence[str], options: TraceOptions, scale: Scale | None = None
 ) -> Frame:
-    """First frame of a run, at the guess's own parameter; exceptions as in :func:`rodatlas.continuation.trace`."""
+    """First frame of a run, at the guess's own parameter; exceptions as in :func:`rodatlas.continuation.trace`.
+
+    A guess by hand, which is a function rather than a state of one mesh, is tried on finer meshes too.
+    """
     indices = free_indices(bvp, free)
     guess = _on_allowed_mesh(_checked(bvp, guess), options)
-    where = f"start of the run at {guess!r}"
     scale = scale or unit_of_bounds(bvp, guess, indices, options)
-    frame, result = first_frame(bvp, guess, indices, options, scale)
     by_hand = not np.isfinite(guess.error)  # from a computed solution a step that is too long should fail
+    while True:
+        try:
+            return _settled_start(bvp, guess, indices, options, scale, by_hand)
+        except NotConverged as error:
+            finer = MORE * guess.intervals
+            if not by_hand or error.code is not EndReason.UNREFINED or finer > options.mesh.intervals[1]:
+                raise
+        guess = guess.remesh(np.interp(np.arange(finer + 1) / MORE, np.arange(guess.intervals + 1), guess.mesh))
+
+
+def _settled_start(
+    bvp: BVP, guess: Solution, free: list[int], options: TraceOptions, scale: Scale, by_hand: bool
+) -> Frame:
+    """Frame at the solution that Newton finds from a guess, settled; NotConverged where there is none."""
+    where = f"start of the run at {guess!r}"
+    frame, result = first_frame(bvp, guess, free, options, scale)
     if frame is None and by_hand and result.code in (NewtonCode.DIVERGED, NewtonCode.SLOW, NewtonCode.NOT_FINITE):
-        near = approached(bvp, guess, indices, options, scale)
+        near = approached(bvp, guess, free, options, scale)
         if near is not None:
-            frame, result = first_frame(bvp, near, indices, options, scale)
+            frame, result = first_frame(bvp, near, free, options, scale)
     if frame is None:
-        colloc, x, row = _at_guess(bvp, guess, indices, options)
+        colloc, x, row = _at_guess(bvp, guess, free, options)
         singular = result.code is NewtonCode.SINGULAR or is_singular_around(colloc, x, row)
         code = NewtonCode.SINGULAR if singular else result.code
         raise NotConverged(code, where, undetermined=idle_parameters(colloc, x) if singular else ())
@@ -72,7 +90,7 @@ def first_state(
     if frame.branch_test[0] == 0.0:  # the mesh of a branch point stays, for there is no regular system to move it
         known = frame.colloc.step.shape == (guess.intervals,) and np.array_equal(frame.colloc.mesh, guess.mesh)
         return replace(frame, error=guess.error if known else float("nan"))
-    found = settled(frame, options, (at_own_parameter(frame), across), damped=by_hand)
+    found = settled(frame, options, (at_own_parameter(frame), across), anywhere=by_hand)
     frame = found.frame
     if not is_finite(frame.colloc, frame.x):
         raise NotConverged(NewtonCode.NOT_FINITE, where)
