@@ -51,7 +51,8 @@ class LocusEvent:
         ends there), 'coalescence' (a fold meets a branch point), 'crossing' (another branch point at the same
         solution), 'extremum' (the locus turns back in `parameter`), or 'zero of NAME'.
     parameter : name of the parameter that is extreme, or ''.
-    status : CONVERGED when the test function was brought to zero, else BRACKETED.
+    status : CONVERGED when the test function was brought to zero, UNRESOLVED when that was on a mesh that misses the
+        tolerance, else BRACKETED.
     bracket : arclengths between which it lies; test : value of the test function at the solution.
     what : what happens there, in words.
     coefficients : of the normal form at a cusp, see :func:`rodatlas.continuation.normal_form.cusp_form`.

@@ -112,7 +112,8 @@ class SpecialPoint:
     Attributes
     ----------
     kind : 'fold', 'branch point', or 'zero of NAME'.
-    status : CONVERGED when Newton on the augmented system converged inside the bracket, else BRACKETED.
+    status : CONVERGED when Newton on the augmented system converged inside the bracket and the error is accepted,
+        UNRESOLVED when no allowed mesh brought it there, else BRACKETED.
     bracket : arclengths of the two points between which the test function changes sign.
     tests : values of the test function at these points.
     index : index of the solution before and after, None when no index function was given.
