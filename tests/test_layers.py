@@ -12,8 +12,8 @@ import pytest
 import rodatlas
 
 ROOT = Path(rodatlas.__file__).parent
-# top to bottom
-LAYERS = ("cli", "explorer", "paper", "atlas", "states", "snap", "plot", "rods", "continuation", "files")
+BASE = ("files", "progress", "failures")  # import nothing of the package, are imported by any layer
+LAYERS = ("cli", "explorer", "paper", "atlas", "states", "snap", "plot", "rods", "continuation", *BASE)  # top to bottom
 HEAVY = ("numba", "casadi", "matplotlib", "scipy", "numpy", "h5py", "pandas")
 
 
@@ -47,9 +47,11 @@ def test_imports_run_down_the_list(path: Path) -> None:
     mine = layer(["rodatlas", *inside])
     for name in imported(path):
         other = layer(name.split("."))
-        if mine is None:
-            assert other is None or inside == ("__main__",), f"the package itself imports {name}"
-        elif other is not None:
+        if mine is None:  # the face names what it loads when asked, see the tests of it below
+            assert other is None or inside in (("__main__",), ("__init__",)), f"the package itself imports {name}"
+        elif other is None:
+            assert name in ("rodatlas", "rodatlas.__version__"), f"{mine} imports {name} from the face, above all"
+        else:
             assert LAYERS.index(other) >= LAYERS.index(mine), f"{mine} imports {name}, which is above it"
 
 
@@ -63,11 +65,18 @@ def test_the_engine_runs_without_the_rest() -> None:
         "import sys, rodatlas.continuation\n"
         "print([m for m in sys.modules if m.startswith('rodatlas.') and not m.startswith('rodatlas.continuation')])"
     )
-    assert _python(code) == "[]"
+    assert _python(code) == "['rodatlas.failures']"
 
 
 def test_importing_the_package_loads_nothing_heavy() -> None:
-    assert _python(f"import sys, rodatlas; print([m for m in {HEAVY} if m in sys.modules])") == "[]"
+    loaded = f"[m for m in sys.modules if m in {HEAVY} or m.startswith('rodatlas.')]"
+    assert _python(f"import sys, rodatlas; dir(rodatlas); print({loaded})") == "[]"
+
+
+def test_the_engine_of_the_face_loads_no_rods() -> None:
+    above = LAYERS[: LAYERS.index("continuation")]
+    loaded = f"[m for m in sys.modules if m.startswith('rodatlas.') and m.split('.')[1] in {above}]"
+    assert _python(f"import sys, rodatlas; rodatlas.trace; print({loaded})") == "[]"
 
 
 def test_the_help_page_loads_nothing_heavy() -> None:
@@ -81,6 +90,16 @@ def test_the_help_page_loads_nothing_heavy() -> None:
     page = _python(code)
     assert "slice" in page
     assert page.splitlines()[-1] == "[]"
+
+
+@pytest.mark.parametrize("name", BASE)
+def test_modules_below_all_layers_load_nothing_else(name: str) -> None:
+    own = f"rodatlas.{name}"
+    code = (
+        f"import sys, {own}\n"
+        f"print([m for m in sys.modules if m in {HEAVY} or m.startswith('rodatlas.') and not m.startswith('{own}')])"
+    )
+    assert _python(code) == "[]"
 
 
 def _python(code: str) -> str:

@@ -18,6 +18,7 @@ Progress = Callable[[str, int, int], None]
 What is being done may go on with a colon and details that change from call to call: 'branch U: 12 points'.
 """
 
+UNDER_TEST = "PYTEST_CURRENT_TEST"  # set in the environment while a test runs
 PERIOD = 0.1  # seconds between two states of a line: more often nobody reads it
 
 P = ParamSpec("P")
@@ -63,7 +64,7 @@ def tells(title: str) -> Callable[[Callable[P, T]], Callable[P, T]]:
 
 def is_watched(stream: TextIO | None) -> bool:
     """Whether somebody sees a stream at once: a terminal or a notebook, not a pipe, a test or a worker process."""
-    if stream is None or multiprocessing.parent_process() is not None or "PYTEST_CURRENT_TEST" in os.environ:
+    if stream is None or multiprocessing.parent_process() is not None or UNDER_TEST in os.environ:
         return False
     return stream.isatty() or in_notebook()
 

@@ -4,7 +4,7 @@ import pytest
 
 from rodatlas.atlas import LociSettings
 from rodatlas.atlas.loci.cache import LocusFolder
-from rodatlas.atlas.loci.obtain import obtain_loci
+from rodatlas.atlas.loci.obtain import loci_stem_of, obtain_loci
 from rodatlas.continuation import Locus
 
 
@@ -14,7 +14,7 @@ class Interrupt(KeyboardInterrupt):
 
 def test_interrupted_loci_resume(tmp_path, slice_15, loci):
     slice_15.save(tmp_path / "slice-15.h5")
-    said = []
+    said, stem = [], loci_stem_of(LociSettings(), loci.wanted)
 
     def stop(message, done, pending):
         if message == "locus 5":
@@ -22,7 +22,7 @@ def test_interrupted_loci_resume(tmp_path, slice_15, loci):
 
     with pytest.raises(Interrupt):
         obtain_loci(LociSettings(), tmp_path, loci.wanted, stop, say=said.append)
-    kept = {p: p.stat().st_mtime_ns for p in (tmp_path / "loci").glob("*.h5")}
+    kept = {p: p.stat().st_mtime_ns for p in (tmp_path / stem).glob("*.h5")}
     assert len(kept) >= 2
     assert all(Locus.load(p).points for p in kept)
     assert f"{len(kept)} finished loci are kept" in said[-1]
@@ -39,7 +39,7 @@ def test_interrupted_loci_resume(tmp_path, slice_15, loci):
     assert [e["description"] for e in one] == [e["description"] for e in two]
     for name in ("angle_deg", "shear", "height"):
         assert [e[name] for e in one] == pytest.approx([e[name] for e in two], abs=1e-9)
-    assert {p.name for p in tmp_path.iterdir()} == {"slice-15.h5", "loci.h5"}
+    assert {p.name for p in tmp_path.iterdir()} == {"slice-15.h5", f"{stem}.h5"}
 
 
 def test_loci_of_other_settings_start_afresh(tmp_path, loci):

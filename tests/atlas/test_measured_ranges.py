@@ -1,10 +1,12 @@
 """Measured ranges: how they are read, converted and compared with a slice; wrong tables say where they are wrong."""
 
 import math
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
 
+from rodatlas.atlas import SliceSettings
 from rodatlas.atlas.experiments.comparison import compare
 from rodatlas.atlas.experiments.measured import Measurement, family_of, read_measurements
 from rodatlas.atlas.experiments.sensitivity import sensitivity
@@ -80,7 +82,7 @@ HEAD = "state,shear_min,shear_max,unit,width,band,error\n"
         (HEAD + "U,0,0.2,,-1/8,,\n", ", line 2, column width: expected the width over the length, .* got -0.125"),
         (HEAD + "U,0,0.2,,3 mm,,\n", ", line 2, column width: expected the width over the length where no band"),
         (HEAD + "U,0,0.2,,,240x3,\n", ", line 2, column band: expected LENGTHxWIDTHxTHICKNESS in mm .*, got '240x3'"),
-        (HEAD + "U,0,0.2,,,240x0x1,\n", ", line 2, column band: expected a positive length, got 0.0"),
+        (HEAD + "U,0,0.2,,,240x0x1,\n", ", line 2, column band: expected a positive length from .*, got 0.0"),
         (HEAD + "U,0,0.2,,,,-1\n", ", line 2, column error: expected a number of at least 0, got -1"),
     ],
 )
@@ -151,6 +153,19 @@ def test_an_error_that_is_not_stated_comes_from_the_clamps(slice_15):
     assert found["WS", "measured", "low"].error is not None
     assert found["US", "measured", "high"].verdict == "slice ends"
     assert found["w", "measured", "low"].verdict == "no error known"
+
+
+def test_what_lies_beyond_a_short_slice_is_not_called_missing(slice_15):
+    """A slice up to 0.4 does not know whether uUu exists at 0.6; wi, which no rod has, is missing anywhere."""
+    states = tuple(s for s in slice_15.states if s.name not in ("uUu", "w"))
+    short = replace(slice_15, settings=SliceSettings(15.0, shear_max=0.4), states=states)
+    rows = [Measurement("uUu", "uUu", 0.6, 0.8), Measurement("w", "w", 0.3, 0.5), Measurement("wi", None, 0.5, 0.56)]
+    found = ends(compare(short, rows))
+    verdicts = {(state, end): check.verdict for (state, _, end), check in found.items()}
+    assert verdicts == {
+        ("uUu", "low"): "slice ends", ("uUu", "high"): "slice ends", ("w", "low"): "no such state",
+        ("w", "high"): "slice ends", ("wi", "low"): "no such state", ("wi", "high"): "no such state",
+    }  # fmt: skip
 
 
 def test_the_example_file(slice_15):

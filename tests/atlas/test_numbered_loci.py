@@ -1,17 +1,20 @@
 """Loci of the band's bifurcations: the events of the paper, agreement with other slices, file and JSON."""
 
 import json
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
-from rodatlas.atlas import Loci
+from rodatlas.atlas import Loci, LociSettings, compute_loci
+from rodatlas.atlas.loci.cache import LocusCache
+from rodatlas.atlas.loci.compute import _anchors
 from rodatlas.cli import main
 from rodatlas.continuation import EndReason, Status, StepControl, TraceOptions, follow_locus, trace
 from rodatlas.rods import rod_problem
 from rodatlas.rods.stability import morse_index_of
 
-NUMBERS = (3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15, 18)
+NUMBERS = (0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15, 18)
 
 
 def events(loci, number, kind, parameter=""):
@@ -23,7 +26,7 @@ def events(loci, number, kind, parameter=""):
 
 def test_every_locus_is_found(loci):
     assert loci.warnings == ()
-    assert sorted(p.number for p in loci.pieces if p.number is not None) == [0, 1, 2, *NUMBERS]
+    assert sorted(p.number for p in loci.pieces if p.number is not None) == [*NUMBERS]
     kinds = {p.number: p.kind for p in loci.pieces}
     assert {n for n, kind in kinds.items() if kind == "pitchfork" and n is not None} == {0, 3, 4, 8, 9, 10, 11, 15}
 
@@ -101,7 +104,7 @@ def test_loci_pass_through_the_slice_at_30_degrees(loci, slice_30):
                 assert shear == pytest.approx(e.shear, abs=2e-4), e
                 assert height == pytest.approx(e.height, abs=2e-4), e
                 compared.add(e.number)
-    assert compared == {3, 5, 6, 8, 10, 11, 12, 13}
+    assert compared == {0, 2, 3, 5, 6, 8, 10, 11, 12, 13}
 
 
 def test_a_locus_meets_the_slice_at_30_degrees_exactly(slice_15, slice_30):
@@ -112,6 +115,69 @@ def test_a_locus_meets_the_slice_at_30_degrees_exactly(slice_15, slice_30):
     (other,) = {round(e.shear, 8) for b in slice_30.branches for e in b.events if e.number == 10}
     assert met.solution["psi0"] == pytest.approx(angle, abs=1e-9)
     assert met.solution["dD"] == pytest.approx(other, abs=1e-7)
+
+
+class Followed(LocusCache):
+    """The curves of other loci under the names by which they are asked for, and which were."""
+
+    def __init__(self, loci):
+        self.loci, self.asked = loci, set()
+
+    def get(self, key):
+        self.asked.add(key)
+        return self.loci.curves[self.loci.numbered(int(key.rpartition("-")[2])).curve]
+
+
+@pytest.mark.parametrize("numbers", [(n,) for n in NUMBERS] + [(4, 12), (3, 14), (6, 13, 18)])
+def test_some_loci_are_told_as_all_are(numbers, loci, slice_15):
+    """Only what is needed is followed, and what meets the wanted ones is the same, word for word."""
+    cache, said = Followed(loci), []
+    found = compute_loci(LociSettings(), lambda angle: slice_15, numbers, lambda *report: said.append(report[0]), cache)
+    assert found.warnings == ()
+    plain, whole = found.to_json(), loci.to_json(numbers)
+    assert plain["loci"] == whole["loci"]
+    assert plain["events"] == whole["events"]
+    assert [x["number"] for x in plain["loci"]] == sorted(numbers)
+    assert set(found.to_frame()["number"]) <= set(numbers)
+    if numbers == (4, 12):
+        assert cache.asked == {"locus-4", "born-12"}
+        assert said == ["locus 4"]
+    if numbers == (12,):
+        assert said == ["locus 4, from which 12 may come"]
+    if numbers == (14,):
+        assert said == ["locus 6, from which 14 may come", "locus 8, which may meet 14"]
+
+
+def test_numbers_that_no_bifurcation_has(loci):
+    assert loci.numbered(17) is None
+    with pytest.raises(ValueError, match=r"^number: expected one of 0 to 18, got 19$"):
+        loci.numbered(19)
+
+
+def test_two_bifurcations_of_one_number_are_said(slice_15):
+    """As at dL = 0.95, where two mirror images of W may end at pitchforks of their own."""
+    moved = [
+        replace(e, special=replace(e.special, solution=e.special.solution.with_parameters(dD=0.3)))
+        for b in slice_15.branches for e in b.events if e.number == 4
+    ]  # fmt: skip
+    double = replace(slice_15, branches=(*slice_15.branches, replace(slice_15.branches[0], events=tuple(moved))))
+    events, warnings = _anchors(double, {4}, 15.0)
+    assert [e.number for e in events].count(4) == 1
+    assert warnings == [
+        "locus 4: the slice at 15 deg has 2 bifurcations of this number, at shear 0.3 and 0.327675; only the one at "
+        "0.327675 is followed"
+    ]
+    assert _anchors(double, {5}, 15.0)[1] == []
+
+
+def test_special_points_near_the_limiting_shear_are_said(loci):
+    """At dL = 1/2 no numbered locus but 17 has one; where the limit is nearer, others do."""
+    assert loci.remarks() == ()
+    nearer = replace(loci, settings=LociSettings(0.25))  # the limiting shear is 0.661
+    (told,) = nearer.remarks((11,))
+    assert told.startswith("limiting shear: 0.63559 is 0.961 of the limiting shear 0.661438")
+    assert told.endswith("(special points of locus 11)")
+    assert told in nearer.to_json((11,))["warnings"]
 
 
 def test_file(loci, tmp_path):
@@ -137,7 +203,7 @@ def test_command_line(slice_15, tmp_path, capsys):
         assert np.all(np.diff(points[:, 0]) > 0)
         for event in locus["events"]:
             assert {"kind", "angle_deg", "shear", "with", "status"} <= set(event)
-    assert {p.name for p in tmp_path.glob("loci*")} == {"loci.h5", "loci.json", "loci.png", "loci.pdf"}
+    assert {p.name for p in tmp_path.glob("loci*")} == {f"loci-4-12.{x}" for x in ("h5", "json", "png", "pdf")}
     with pytest.raises(SystemExit):
         main(arguments)
     again = capsys.readouterr()

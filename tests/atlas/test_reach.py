@@ -1,5 +1,7 @@
 """Named states one by one: a search at the setting gives the state and the name that the slice gives."""
 
+from dataclasses import replace
+
 import pytest
 
 from rodatlas.atlas import SliceSettings
@@ -61,6 +63,49 @@ def test_states_of_height_zero(sign, no_slice):
     assert not is_symmetric(solution)
     assert index_of(solution).index == 0
     assert pair_member(solution) == sign
+
+
+def test_a_state_that_is_not_there_fails_from_the_search(no_slice, slice_15, tmp_path):
+    """The line lists what is stable, how complete the search looks, and where the state is."""
+    started = []
+    message = (
+        r"^state: expected one that is stable at angle 15 and shear 0.2 \(U, W; 1024 of 1024 starts converged, and "
+        r"each of these was met \d{2,} times or more\), got 'uUu'; "
+    )
+    with pytest.raises(ValueError, match=message + "'rodatlas slice --angle 15' tells where it is$"):
+        reach(SliceSettings(15.0), "uUu", 0.2, progress=lambda text, done, left: started.append(text))
+    assert "longer search, since 512 starts met no uUu" in started
+    slice_15.save(tmp_path / "slice-15.h5")
+    with pytest.raises(ValueError, match=message + r"uUu is stable for shear 0\.6164 to 0\.8200$"):
+        reach(SliceSettings(15.0), "uUu", 0.2, folder=tmp_path)
+    (tmp_path / "slice-15.h5").unlink()
+    for angle, name in ((15.0, "slice-15-search0"), (15.5, "slice-15.5")):  # the latter is of another band
+        replace(slice_15, settings=SliceSettings(angle, search=0)).save(tmp_path / f"{name}.h5")
+    (tmp_path / "slice-15-dL0.4.h5").write_text("no slice")
+    told = r"uUu is stable for shear 0\.6164 to 0\.8200 in the slice from -0\.05 to 0\.82$"
+    with pytest.raises(ValueError, match=message + told):
+        reach(SliceSettings(15.0), "uUu", 0.2, folder=tmp_path)
+
+
+def test_near_the_limiting_shear_the_slice_decides(slice_15, monkeypatch):
+    """There a search meets little: it is not asked."""
+    monkeypatch.setattr(module, "find_states", None)
+    monkeypatch.setattr(module, "near_limit", lambda shear, compression: "near")
+    monkeypatch.setattr(module, "compute_slice", lambda *arguments, **options: slice_15)
+    said = []
+    found = reach(SliceSettings(15.0), "uUu", 0.8, progress=lambda text, done, left: said.append(text))
+    assert found.source == "slice"
+    assert said == ["slice, since searches miss states so near the limiting shear"]
+    with pytest.raises(ValueError, match=r"0\.8 \(US\+-, uUu, uUui\), got 'W'; W is stable for shear -0\.0500 to"):
+        reach(SliceSettings(15.0), "W", 0.8)
+
+
+def test_where_no_start_converges_the_slice_decides(slice_15, monkeypatch):
+    nothing = replace(find_states(Ends(15.0, 0.5, 0.4), 0.25, "+", 16, stable_only=True), states=(), wound_left_out=0)
+    monkeypatch.setattr(module, "find_states", lambda *arguments, **options: nothing)
+    monkeypatch.setattr(module, "compute_slice", lambda *arguments, **options: slice_15)
+    assert nothing.failed
+    assert reach(SliceSettings(15.0), "US-", 0.4).source == "slice"
 
 
 def test_a_stored_slice_is_used(slice_30, tmp_path, monkeypatch):

@@ -57,6 +57,6 @@ def test_the_rod_does_not_fit_a_wide_band():
     assert report.verdict == "does not hold"
     assert report.bifurcation_error == 0.0
     # at rest the plate bends cylindrically in the limit of a wide band: 1/(1 - nu^2) of the beam, that is 6.7% more
-    wide = band_report(BandUnits(Band(240.0, 2400.0, 0.127)), ClampErrors())
+    wide = band_report(BandUnits(Band(240.0, 240.0, 0.0005)), ClampErrors())
     assert wide.checks[0].added == pytest.approx(1 / (1 - 0.25**2) - 1, rel=0.02)
     assert np.isfinite(wide.checks[1].added)

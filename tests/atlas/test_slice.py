@@ -1,6 +1,7 @@
 """Slices of the atlas against the paper and the published values; the bookkeeping adds up."""
 
 import json
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -8,9 +9,9 @@ import pytest
 from rodatlas.atlas import BranchCache, SliceSettings, compute_slice, reach
 from rodatlas.atlas.slices.match import same_state
 from rodatlas.atlas.slices.pick import pick_state
-from rodatlas.atlas.slices.reach import split_name
 from rodatlas.continuation import NewtonCode, NotConverged, Status
 from rodatlas.rods import index_of, is_symmetric
+from rodatlas.states.labels import parse_label
 
 
 def events(slice_, number):
@@ -147,13 +148,31 @@ def test_other_members_and_names(slice_15):
     minus, _ = reach(SliceSettings(15.0), "US-", 0.5)
     assert abs(plus["energy"] - minus["energy"]) < 1e-9
     assert np.allclose(plus.values[0, 4], minus.values[-1, 4], atol=1e-7)
-    assert split_name("WS") == ("WS+-", "+")
-    assert split_name("uUui") == ("uUui", "")
+    assert parse_label("WS") == ("WS+-", "+", None)
+    assert parse_label("uUui") == ("uUui", "", None)
     for wrong in ("us", "U+", "S*", ""):
         with pytest.raises(ValueError, match=r"state: expected one of U, US\+, US-"):
-            split_name(wrong)
-    with pytest.raises(ValueError, match=r"stable at angle 15 and shear 0.2 \(U, W\), got 'uUu', which is stable for"):
-        reach(SliceSettings(15.0, search=0), "uUu", 0.2)
+            parse_label(wrong)
+
+
+def test_names_that_no_state_has(slice_15):
+    """A known name without a state there is None; anything else is wrong input."""
+    assert slice_15.state("US+-", 0.1) is None
+    with pytest.raises(ValueError, match="state: expected U without a number, there is one, got 'U:2'"):
+        slice_15.state("U:2", 0.1)
+    for wrong in ("V", "US+", "u", "W:0", "W:x", ""):
+        with pytest.raises(ValueError, match=r"^name: expected one of U, US\+-, uUu, w, wi, .*, other, got"):
+            slice_15.state(wrong, 0.1)
+    with pytest.raises(ValueError, match=r"^name: expected one of U"):
+        slice_15.states_at(0.1, "V")
+    assert [s.name for s in slice_15.states_at(0.1)] == ["U", "W", "TU+-"]
+
+
+def test_a_range_near_the_limiting_shear_is_said(slice_15):
+    assert slice_15.remarks == ()
+    near = replace(slice_15, settings=replace(slice_15.settings, shear_max=0.85))
+    (told,) = near.to_json()["warnings"]
+    assert told.startswith("limiting shear: 0.85 is 0.981 of the limiting shear 0.866025; beyond 0.95 of it")
 
 
 def test_smooth_cuts_do_not_depend_on_the_steps(slice_30):

@@ -8,12 +8,12 @@ import pytest
 from rodatlas.atlas import BranchCache, FolderCache, Followed, SliceSettings, compute_slice
 from rodatlas.atlas.slices import crosscheck, follow
 from rodatlas.atlas.slices.follow import trace_options
-from rodatlas.atlas.slices.reach import split_name
 from rodatlas.atlas.slices.search import Search, search_at, searched_shears
 from rodatlas.atlas.slices.segments import stable_segments
 from rodatlas.continuation import trace
 from rodatlas.rods import is_symmetric, rod_problem, second_variation_index
 from rodatlas.states import OTHER, name_parts
+from rodatlas.states.labels import parse_label
 
 SHEARS = (0.624,)
 
@@ -55,6 +55,14 @@ def test_a_state_that_the_search_misses_is_said(slice_30, monkeypatch):
     assert crosscheck.missed_states([met], [u], slice_30.settings) == []
 
 
+def test_searches_that_found_no_state_are_said(slice_30):
+    """There is a stable state at every shear, that of least energy: a search without any has not done its work."""
+    u = slice_30.state("U", 0.26).solutions[0]
+    assert crosscheck.empty_searches([Search(0.26, (u,)), Search(0.7, ())]) == [
+        "search: no stable state found at shear 0.7: raise the number of starts"
+    ]
+
+
 def test_what_was_found_is_kept_for_a_run_that_goes_on(tmp_path, slice_30, monkeypatch):
     settings = SliceSettings(30.0)
     states = tuple(slice_30.state(name, 0.7).solutions[0] for name in ("uUu", "US+-"))
@@ -91,7 +99,7 @@ def test_a_stable_state_without_a_name_of_the_paper():
     assert second_variation_index(s, u[:, 6:10], u[:, 10:], strain, state["a"]).index == 0
     assert [part.name for part in name_parts(found.solutions, symmetric=True)] == [OTHER]
     with pytest.raises(ValueError, match="state: expected one of U, US"):
-        split_name(OTHER)
+        parse_label(OTHER)
 
 
 def test_shears_that_are_searched_lie_in_the_range():

@@ -89,7 +89,7 @@ def test_slice_prints_json_alone_and_writes_figures(capsys, tmp_path):
     written = path.stat().st_mtime_ns
     code, out, err = run(capsys, *command)
     assert (code, json.loads(out)) == (0, data)
-    assert err.startswith(f"read from {path}")
+    assert f"read from {path}" in err
     assert path.stat().st_mtime_ns == written
     # a damaged one is named
     path.write_bytes(path.read_bytes()[:500])
@@ -116,7 +116,7 @@ def test_an_interrupt_keeps_what_is_finished(tmp_path):
     assert kept >= 3
     done = subprocess.run(command, capture_output=True, text=True, check=True)
     assert f"resuming: {kept} finished branches" in done.stderr
-    assert "branch U\n" not in done.stderr
+    assert "branch U [" not in done.stderr
     assert not (tmp_path / "slice-15").exists()
     assert Slice.load(tmp_path / "slice-15.h5").warnings == ()
 

@@ -112,7 +112,7 @@ def test_shapes_of_found_states(capsys, files, slice_15, tmp_path):
         ("u.h5", ["--format", "stl"], "band: expected LENGTHxWIDTHxTHICKNESS in mm for STL"),
         ("u.h5", ["--format", "vtp", "--band", "240x30"], "band: expected LENGTHxWIDTHxTHICKNESS in mm such as"),
         ("u.h5", ["--format", "vtp", "--width", "1/0"], "width: expected the width over the length"),
-        ("u.h5", ["--format", "vtp", "--width", "x"], "width: expected the width over the length, such as 1/80 or"),
+        ("u.h5", ["--format", "vtp", "--width", "x"], "width: expected the width over the length, at most 1, such as"),
         ("u.h5", ["--format", "vtp", "--samples", "2"], "samples: expected a whole number from 3"),
         ("u.h5", ["--state", "U", "--shear", "0"], "shear: expected a shear only for the states of a slice"),
         ("u.h5", ["--state", "U"], "state: expected a name only for a slice or a search for states, got 'U'"),
@@ -122,11 +122,12 @@ def test_shapes_of_found_states(capsys, files, slice_15, tmp_path):
         ("slice.h5", ["--state", "U", "--shear", "0.7"], "shear: expected one at which U is stable at 15 deg, from -0"),
         ("slice.h5", ["--state", "S+", "--shear", "0.7"], "state: expected one that is stable in the slice at 15 deg"),
         ("slice.h5", ["--state", "Q", "--shear", "0.7"], "state: expected one of U, US+"),
-        ("slice.h5", ["--format", "glb", "--shear", "3"], "shear: expected a number from -0.05 to 0.82"),
+        ("slice.h5", ["--format", "glb", "--shear", "0.9"], "shear: expected a number from -0.05 to 0.82"),
     ],
 )
 def test_wrong_input_is_one_line(capsys, files, tmp_path, file, options, message):
-    code, out, err = run(capsys, files / file, "--out", tmp_path / "x.csv", *options)
+    target = f"x.{options[1]}" if "--format" in options else "x.csv"
+    code, out, err = run(capsys, files / file, "--out", tmp_path / target, *options)
     assert (code, out) == (2, "")
     assert err.startswith("rodatlas: ")
     assert message in err

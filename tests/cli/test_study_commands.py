@@ -149,7 +149,7 @@ def test_ctrl_c_keeps_everything_finished(two, tmp_path):
     [
         (["study", "none.toml", "--out", "o"], "study: expected a file that can be read, got 'none.toml'"),
         (["study", "two.toml"], "Missing option '--out'"),
-        (["study", "two.toml", "--out", "o", "--workers", "0"], "workers: expected a whole number of at least 1"),
+        (["study", "two.toml", "--out", "o", "--workers", "0"], "workers: expected a whole number from 1 to 1024"),
         (["study", "two.toml", "--out", "o", "--scheduler", "host"], "scheduler: expected an address such as tcp://"),
         (["study", "two.toml", "--out", "/proc/x"], "out: expected a folder that can be written"),
         (["study", "bad.toml", "--out", "o"], "bad.toml: slices[0].angle: expected degrees with 0 <= angle < 90, got"),

@@ -124,7 +124,7 @@ def test_what_the_messages_recommend_works() -> None:
 def test_numbers_given_later_are_checked_too() -> None:
     with pytest.raises(ValueError, match="parameters: expected a finite number for 'lam', got nan"):
         oscillator().parameter_vector({"lam": float("nan")})
-    with pytest.raises(ValueError, match=r"free: expected a sequence of names, got the string 'lam': write \('lam',\)"):
+    with pytest.raises(ValueError, match=r"free: expected names of parameters such as \('lam',\), got 'lam'"):
         trace(bratu(), constant(bratu()), "lam")
 
 

@@ -60,20 +60,23 @@ def test_a_file_that_cannot_be_written_is_named(tmp_path):
 
 
 def test_only_old_leftovers_are_removed_unless_nobody_else_writes(tmp_path):
-    fresh, old, gone = (tmp_path / f".{name}.0123.partial" for name in ("fresh", "old", "gone"))
+    fresh, old, gone = (tmp_path / f".{name}.0123456789ab.partial" for name in ("fresh", "old", "gone"))
     fresh.write_text("in work")
     old.write_text("left")
     gone.mkdir()
     (gone / "U.h5").write_text("left")
     for path in (old, gone):
         os.utime(path, (0.0, 0.0))
-    (tmp_path / "kept.partial").write_text("somebody's")
+    kept = {"kept.partial", ".kept.partial", ".of.another.program.partial"}
+    for name in kept:
+        (tmp_path / name).write_text("somebody's")
+        os.utime(tmp_path / name, (0.0, 0.0))
     remove_partials(tmp_path)
-    assert {p.name for p in tmp_path.iterdir()} == {fresh.name, "kept.partial"}
-    remove_partials(tmp_path, 0.0, "other")
+    assert {p.name for p in tmp_path.iterdir()} == kept | {fresh.name}
+    remove_partials(tmp_path, 0.0, lambda name: name == "other")
     assert fresh.exists()
-    remove_partials(tmp_path, 0.0, "fresh")
-    assert {p.name for p in tmp_path.iterdir()} == {"kept.partial"}
+    remove_partials(tmp_path, 0.0, lambda name: name == "fresh")
+    assert {p.name for p in tmp_path.iterdir()} == kept
     assert STALE > 600.0
 
 

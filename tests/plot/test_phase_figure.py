@@ -2,6 +2,8 @@
 
 import numpy as np
 import pytest
+from matplotlib.legend import Legend
+from matplotlib.text import Text
 
 from rodatlas.atlas import PhaseDiagram, PhaseSettings
 from rodatlas.atlas.loci.events import PlaneEvent
@@ -9,8 +11,11 @@ from rodatlas.atlas.phase.arrangement import chords, cut_plane
 from rodatlas.atlas.phase.lines import Line
 from rodatlas.atlas.phase.regions import Face
 from rodatlas.atlas.phase.result import Interval
-from rodatlas.plot import draw_phase_figure, draw_phase_states, save_figure
-from rodatlas.plot.phase import CLOSE_UPS, count_colors, draw_region
+from rodatlas.plot import draw_phase, draw_phase_figure, draw_phase_states, draw_region, save_figure
+from rodatlas.plot.heading import ANGLE_LABEL, SHEAR_LABEL
+from rodatlas.plot.phase import CLOSE_UPS, count_colors
+
+SETTING = r"$\Delta L=0.5\,L$,  $\nu=0.25$"
 
 
 def straight(label, kind, left, right, end=80.0):
@@ -90,6 +95,41 @@ def test_a_region_shows_its_sides_only(diagram):
     assert {t.get_text() for t in ax.texts} == {"6", "7", "w"}
     thick = [x for x in ax.lines if x.get_linewidth() > 1.0]
     assert len(thick) == 2
+
+
+def test_a_region_has_a_figure_of_its_own_and_needs_a_state_of_the_diagram(diagram):
+    ax = draw_region(diagram, "w")
+    assert ax.get_title("left") == SETTING
+    assert (ax.get_xlabel(), ax.get_ylabel()) == (ANGLE_LABEL, SHEAR_LABEL)
+    with pytest.raises(ValueError, match=r"^name: expected one of U, US\+-, w, S\+-, got 'V'"):
+        draw_region(diagram, "V")
+
+
+def test_settings_units_and_meanings_are_told(diagram):
+    for ax in (draw_phase(diagram), draw_phase_figure(diagram).axes[0]):
+        assert ax.get_title("left") == SETTING
+        assert (ax.get_xlabel(), ax.get_ylabel()) == (ANGLE_LABEL, SHEAR_LABEL)
+        told = {t.get_text() for legend in ax.findobj(Legend) for t in legend.get_texts()}
+        assert told == {"fold", "pitchfork", "without a number", "cusp", "stable states:", "1", "2", "3"}
+    figure = draw_phase_states(diagram)
+    assert [t.get_text() for t in figure.texts] == [SETTING]
+    (legend,) = figure.legends
+    told = {t.get_text() for t in legend.get_texts()}
+    assert told == {"stable", "ends at a fold", "ends at a pitchfork", "other loci"}
+    for ax in [*draw_phase_figure(diagram).axes[1:], figure.axes[0]]:
+        assert "degrees" in ax.get_xlabel()
+    assert "units of $L$" in figure.axes[0].get_ylabel()
+
+
+def test_keys_lie_above_the_plane_and_apart(diagram):
+    ax = draw_phase(diagram)
+    ax.figure.draw_without_rendering()
+    keys = [legend.get_window_extent() for legend in ax.findobj(Legend)]
+    keys.append(next(t for t in ax.findobj(Text) if t.get_text() == SETTING).get_window_extent())
+    for i, one in enumerate(keys):
+        assert one.y0 > ax.bbox.y1
+        assert one.y1 < ax.figure.bbox.y1
+        assert not any(one.overlaps(two) for two in keys[:i])
 
 
 def test_figures_are_saved(diagram, tmp_path):

@@ -81,13 +81,13 @@ def test_view_is_a_rotation_with_y_up():
 
 def test_drawing_contains_the_projected_band(broken):
     ax = new_figure(2, 2).add_subplot()
-    assert render_band(ax, broken, 1 / 16, color="#237EEB") is ax
+    assert render_band(broken, 1 / 16, ax=ax, color="#237EEB") is ax
     (drawn,) = ax.collections
     seen = View().project(band_surface(broken, 1 / 16).vertices)[..., :2].reshape(-1, 2)
     (left, right), (low, high) = ax.get_xlim(), ax.get_ylim()
     assert ((seen >= (left, low)) & (seen <= (right, high))).all()
     assert len(drawn.get_paths()) > 3 * 240
-    (bare,) = render_band(new_figure(2, 2).add_subplot(), broken, clamps=False).collections
+    (bare,) = render_band(broken, ax=new_figure(2, 2).add_subplot(), clamps=False).collections
     assert len(bare.get_paths()) == 3 * 240
 
 

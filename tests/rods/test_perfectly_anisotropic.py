@@ -175,7 +175,7 @@ def test_anything_but_the_family_is_said():
         (lambda: Ends("x"), "angle: expected degrees between -180 and 180, got 'x'"),
         (lambda: Ends("15"), "angle: expected degrees between -180 and 180, got '15'"),
         (lambda: Ends(None), "angle: expected degrees between -180 and 180, got None"),
-        (lambda: Ends(15.0, 0.0), "compression: expected a number between 0 and 1 .exclusive., got 0.0"),
+        (lambda: Ends(15.0, 0.0), "compression: expected a number between 0 and 1 .from 1e-06 to 0.999999., got 0.0"),
         (lambda: Ends(15.0, 0.5, -0.8660254037844386), "shear: expected a number of size below 0.866025"),
         (lambda: Band(poisson=-1.0), "poisson: expected a number with -1 < nu <= 0.5, got -1.0"),
         (lambda: Band(poisson=0.6), "poisson: expected a number with -1 < nu <= 0.5, got 0.6"),

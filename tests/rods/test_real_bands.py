@@ -11,10 +11,10 @@ from rodatlas.rods.width import width_energy, width_function
 
 
 @pytest.mark.parametrize(
-    ("width", "expected"), [(1e-12, 0.866025), (3.0, 0.853616), (30.0, 0.75), (60.0, 0.651388)]
+    ("width", "expected"), [(240e-8, 0.866025), (3.0, 0.853616), (30.0, 0.75), (60.0, 0.651388)]
 )  # the values that the paper's bands have
 def test_limiting_shear_of_real_bands(width, expected):
-    units = BandUnits(Band(240.0, width, 0.127))
+    units = BandUnits(Band(240.0, width, min(width, 0.127)))
     assert units.limit == pytest.approx(expected, abs=5e-7)
     assert units.limit_mm == pytest.approx(240.0 * expected, abs=2e-4)
 
@@ -91,10 +91,33 @@ def test_a_band_from_wrong_text(text):
         Band.from_text(text)
 
 
+@pytest.mark.parametrize(
+    ("text", "field"),
+    [("240x500x0.127", "width"), ("240x3x5", "thickness"), ("240x3x1e-300", "thickness"), ("1e300x3x0.127", "length"),
+     ("240x1e-12x1e-12", "width")],
+)  # fmt: skip
+def test_a_band_is_longer_than_wide_and_wider_than_thick(text, field):
+    with pytest.raises(ValueError, match=f"^band {field}: expected a positive length from "):
+        Band.from_text(text)
+    square = Band(1.0, 1.0, 1.0)  # the bounds themselves are right
+    assert square.aspect == square.width_parameter == 1.0
+
+
+@pytest.mark.parametrize(
+    ("material", "field"),
+    [({"young": 1e308}, "modulus"), ({"young": 1e-300}, "modulus"), ({"density": 1e308}, "density"),
+     ({"density": 0.0}, "density"), ({"compression": 1e-300}, "compression"), ({"compression": 1.0}, "compression"),
+     ({"young": 10**400}, "modulus")],
+)  # fmt: skip
+def test_units_of_what_is_no_material(material, field):
+    with pytest.raises(ValueError, match=f"^{field}: expected a "):
+        BandUnits(Band(), **material)
+
+
 def test_a_band_from_text():
     assert Band.from_text("240x3x0.127") == Band.from_text("240 X 3 × 0.127 mm") == Band(240.0, 3.0, 0.127)
     assert Band.from_text("240x30x0.127").width_parameter == pytest.approx(29.5, abs=0.05)
-    with pytest.raises(ValueError, match=r"^band width: expected a positive length, got -3"):
+    with pytest.raises(ValueError, match=r"^band width: expected a positive length from .*, got -3"):
         Band.from_text("240x-3x0.127")
 
 
@@ -127,5 +150,5 @@ def test_width_effect_against_the_ribbon_model():
     thickness = 9.0 / (0.295 * 240.0)
     effect = width_effect(solution, Band(240.0, 3.0, thickness))
     assert effect == pytest.approx((8.312621 - 8.272356559) / 8.272356559, rel=5e-3)
-    thick, thicker = (width_effect(solution, Band(240.0, 3.0, k * thickness)) for k in (100.0, 1000.0))
-    assert thicker == pytest.approx(thick / 100.0, rel=1e-3)  # the first power of beta^2
+    long, longer = (width_effect(solution, Band(k * 240.0, 3.0, thickness)) for k in (100.0, 1000.0))
+    assert longer == pytest.approx(long / 100.0, rel=1e-3)  # the first power of beta^2

@@ -1,16 +1,20 @@
 """All stable states at one setting: the known ones are there, with names, and a larger search finds no other."""
 
 import json
+import re
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
-from rodatlas.cli.app import main
+from rodatlas.cli import main
+from rodatlas.cli.states import completeness
 from rodatlas.continuation import MeshControl, TraceOptions, solve
 from rodatlas.rods import Ends, index_of, reduced_problem, rod_problem, to_reduced
 from rodatlas.rods.perfectly_anisotropic import CONSTANTS
 from rodatlas.states.census import species, unseen
 from rodatlas.states.discover import find_states
+from rodatlas.states.store import load_discovery, save_discovery
 
 ENDS = Ends(30.0, 0.5, 0.625)
 
@@ -120,6 +124,78 @@ def test_json_of_the_command(capsys):
     assert {s["name"] for s in plain["states"]} >= {"U", "W"}
     keys = {"name", "class", "stable", "index", "height", "energy", "symmetric", "pair", "N0", "M0", "inflections"}
     assert all(keys <= set(s) for s in plain["states"])
+
+
+def test_a_search_that_found_nothing_says_so(tmp_path, capsys):
+    """At 0.993 of the limiting shear no start converges: one line and exit code 1, and the JSON all the same."""
+    path = tmp_path / "states.json"
+    arguments = ["--angle", "15", "--shear", "0.86", "--class", "+", "--starts", "4", "--stable-only"]
+    with pytest.raises(SystemExit) as leave:
+        main(["states", *arguments, "--json", str(path)])
+    assert leave.value.code == 1
+    lines = [line for line in capsys.readouterr().err.splitlines() if line.startswith("rodatlas:")]
+    assert lines == [
+        "rodatlas: search: class +: none of 4 starts converged: raise the number of starts, or keep away from the "
+        "limiting shear (this shear is 0.993 of it)"
+    ]
+    plain = json.loads(path.read_text())
+    assert (plain["states"], plain["search"]["unseen_estimate"], plain["search"]["unseen_probability"]) == (
+        [], None, None,
+    )  # fmt: skip
+    assert plain["warnings"][0].startswith("search: class +: none of 4 starts")
+    assert plain["warnings"][-1].startswith("limiting shear: 0.86 is 0.993 of")
+
+
+def test_too_few_solutions_are_no_estimate(tmp_path, capsys):
+    found = find_states(Ends(15.0, 0.5, 0.2), classes="+", starts=4, stable_only=True)
+    assert found.states
+    assert not found.failed
+    assert found.unseen_estimate is None
+    assert found.warnings == (
+        "search: the states listed were met 4 times in all, too few to tell how many were not met: raise the number of "
+        "starts",
+    )
+    save_discovery(tmp_path / "states.h5", found)
+    assert load_discovery(tmp_path / "states.h5").warnings == found.warnings
+    with pytest.raises(SystemExit):
+        main(["states", "--angle", "15", "--shear", "0.2", "--class", "+", "--starts", "4", "--stable-only"])
+    shown = " ".join(capsys.readouterr().out.split())
+    assert "Too few were met to tell how many were not" in shown
+    assert "0.0 more" not in shown
+
+
+def test_bands_through_themselves_and_shared_names_are_remarked():
+    """At dL = 0.95 U and both W cross themselves near zero shear, and so do two states without a name."""
+    found = find_states(Ends(15.0, 0.95, 0.01), classes="+", starts=512, stable_only=True)
+    assert found.remarks == (
+        "contact: a band L/80 wide passes through itself in stable states (U, W:1, W:2, 2 without a name); forces of "
+        "contact are not modeled",
+        "names: 2 states are called W, numbered in order of energy",
+    )
+    assert found.to_json()["warnings"] == list(found.remarks)
+
+
+def test_a_class_of_which_nothing_is_listed_is_said():
+    """Two starts of class + meet states that are wound up only, although U and W are stable there."""
+    found = find_states(Ends(22.0, 0.5, 0.3), starts=2, stable_only=True)
+    assert [s.cls for s in found.states] == ["-"]
+    assert found.warnings[0] == (
+        "search: class +: all that 2 starts met is wound up or not stable, so that no state of it is listed: raise the "
+        "number of starts"
+    )
+
+
+def test_estimates_of_missed_states_read_as_numbers(at_30):
+    for number, text in ((0.0, "0"), (0.5, "0.5"), (9.96, "10"), (20.0, "20"), (123.4, "123")):
+        found = replace(at_30, unseen_estimate=number, unseen_probability=0.01)
+        assert f"about {text} more were not met" in completeness(found)
+
+
+def test_solutions_that_collocation_does_not_confirm_are_said(monkeypatch):
+    monkeypatch.setattr("rodatlas.states.discover._confirmed", lambda *arguments: [])
+    found = find_states(ENDS, classes="+", starts=16, stable_only=True)
+    assert found.failed
+    assert re.match(r"search: class \+: none of \d+ different solutions of 16 starts was confirmed", found.warnings[0])
 
 
 @pytest.mark.parametrize(("option", "value", "field"), [

@@ -7,7 +7,10 @@ import pytest
 
 from rodatlas.continuation import StepControl, TraceOptions, trace
 from rodatlas.rods import Ends, is_symmetric, mirror_angle, planar_states, rod_problem
+from rodatlas.rods.stability import morse_index_of
 from rodatlas.states import NAMES, OTHER, find_states, name_parts
+from rodatlas.states.single import at_rest
+from rodatlas.states.winding import is_curled, turning
 
 
 def test_mirror_images_have_the_inverted_names(slice_15):
@@ -36,6 +39,28 @@ def test_wound_up_states_have_no_name_of_the_paper():
     assert {s.name: s.stable for s in found} == {"U": True, "W": True, None: True}
     (other,) = [s.solution for s in found if s.name is None and s.pair == "+"]
     assert [part.name for part in name_parts([other] * 3, symmetric=False)] == [OTHER]
+
+
+def test_names_between_steep_clamps():
+    """At 89 degrees U is bent one way only. The other stable state lies in two curls at the clamps and has no name.
+
+    Followed in angle, U keeps its stability from 0 to 90 degrees; the curled band is planar at rest, where its tangent
+    turns by two full turns more than the clamps ask for.
+    """
+    for shear in (0.0, 0.1):
+        u, curled = find_states(Ends(89.0, 0.5, shear), 0.25, "+", 128, stable_only=True).states
+        assert (u.name, curled.name) == ("U", None)
+        assert u.to_json()["inflections"]["k1"] == curled.to_json()["inflections"]["k1"] == 0
+        assert is_curled(curled.solution)
+        assert not is_curled(u.solution)
+    assert u.solution["energy"] == pytest.approx(3.79557, abs=1e-5)
+    rest = at_rest(curled.solution)
+    assert turning(rest) == pytest.approx(2.0 * math.radians(89.0) - 4.0 * math.pi, abs=1e-5)
+    assert [p.name for p in name_parts([rest] * 3, symmetric=True)] == [OTHER]
+    options = TraceOptions(bounds={"psi0": (0.0, math.radians(89.9))}, index=morse_index_of)
+    branch = trace(rod_problem(), u.solution, ("psi0",), options)
+    assert {p.index for p in branch.points} == {0}
+    assert branch.special == ()
 
 
 @pytest.mark.parametrize("angle", [40.0, 80.0])

@@ -17,12 +17,16 @@ from rodatlas.atlas.slices.result import Slice
 from rodatlas.continuation import Solution
 from rodatlas.rods.ends import Ends
 from rodatlas.states.discover import Discovery
+from rodatlas.states.labels import labels
 from rodatlas.states.rebuild import rebuilt
 
 if TYPE_CHECKING:
     import pandas as pd
 
 STATES = "rodatlas/states/1"
+SETTING = ("angle_deg", "compression", "shear", "poisson")
+NUMBERS: dict[str, tuple[int, ...]] = {"N0": (3,), "M0": (3,), "energy": ()}  # of each state, and how many
+MOST = 1e9  # size of any of them: a slip of the pen
 SHAPE = frozenset({"q0", "q1", "q2", "q3", "x", "y", "z", "k1", "tau"})
 
 
@@ -49,12 +53,40 @@ def read_states_table(path: str | os.PathLike[str]) -> StatesTable:
         data = json.loads(Path(path).read_text(encoding="utf-8"))
     except OSError as error:
         raise ValueError(f"{expected} '{path}' ({error.strerror})") from None
-    except ValueError as error:
+    except (ValueError, RecursionError) as error:
         raise ValueError(f"{expected} '{path}', which is not JSON ({error})") from None
     found = data.get("schema") if isinstance(data, dict) else type(data).__name__
     if found != STATES or not isinstance(data.get("states"), list):
         raise ValueError(f"{expected} '{path}' with {found!r}")
+    for i, entry in enumerate(data["states"], 1):
+        _check_entry(entry, f"{path}: state {i}")
+    for name in SETTING:
+        _check_numbers(data.get(name, 0.25 if name == "poisson" else None), (), f"{path}: {name}")
     return StatesTable(data)
+
+
+def _check_entry(entry: Any, place: str) -> None:
+    """ValueError for a state that lacks what tables and shapes need, or has it in another form."""
+    if not isinstance(entry, dict):
+        raise ValueError(f"{place}: expected an object, got {type(entry).__name__}")
+    for name, shape in NUMBERS.items():
+        _check_numbers(entry.get(name), shape, f"{place}, {name}")
+    for name in ("name", "class"):
+        if not isinstance(entry.get(name), str | None):
+            raise ValueError(f"{place}, {name}: expected a text, got {entry[name]!r}")
+    if not isinstance(entry.get("inflections", {}), dict):
+        raise ValueError(f"{place}, inflections: expected an object, got {entry['inflections']!r}")
+
+
+def _check_numbers(value: Any, shape: tuple[int, ...], place: str) -> None:
+    """ValueError for what is no finite number, or no list of so many."""
+    values = value if shape and isinstance(value, list) else [value]
+    fits = not shape or (isinstance(value, list) and len(value) == shape[0])
+    right = (isinstance(x, int | float) and not isinstance(x, bool) and abs(x) < MOST for x in values)
+    if not (fits and all(right)):
+        what = f"a list of {shape[0]} numbers" if shape else "a finite number"
+        got = "none" if value is None else f"{value!r}"[:80]
+        raise ValueError(f"{place}: expected {what}, got {got}")
 
 
 def tables_of(result: Result | StatesTable, samples: int) -> tuple[dict[str, pd.DataFrame], list[str]]:
@@ -113,12 +145,15 @@ def shapes_of(result: Result | StatesTable, state: str = "", shear: float | None
 
 
 def _of_states(result: Discovery | StatesTable, wanted: str) -> dict[str, Solution]:
-    """States of a search by name; those without one are called by their class and place in the table: '+5'."""
+    """States of a search by label; those without a name are called by their class and place in the table: '+5'."""
     data: Mapping[str, Any] = result.to_json() if isinstance(result, Discovery) else result.data
-    found: dict[str, Any] = {}
-    for i, entry in enumerate(data["states"], 1):
-        called = entry.get("name") or f"{entry.get('class', '')}{i}"
-        found[f"{called}-{i}" if called in found else called] = i - 1
+    entries = data["states"]
+    try:
+        measures = [(float(x["energy"]), -float(x["N0"][0])) for x in entries]
+    except (KeyError, TypeError, IndexError, ValueError):
+        raise ValueError("file: expected energy and N0 of each state, got none of one") from None
+    called = labels([x.get("name") for x in entries], *([m[k] for m in measures] for k in (0, 1)))
+    found = {label or f"{entries[i].get('class', '')}{i + 1}": i for i, label in enumerate(called)}
     if wanted and wanted not in found:
         raise ValueError(f"state: expected one of {', '.join(found)}, got '{wanted}'")
     kept = {name: at for name, at in found.items() if not wanted or name == wanted}
@@ -132,7 +167,7 @@ def _rebuilt(data: Mapping[str, Any], entry: Mapping[str, Any]) -> Solution:
         ends = Ends(float(data["angle_deg"]), float(data["compression"]), float(data["shear"]))
         force, moment, energy = entry["N0"], entry["M0"], float(entry["energy"])
         poisson = float(data.get("poisson", 0.25))
-    except (KeyError, TypeError) as error:
+    except (KeyError, TypeError) as error:  # a table made by hand
         raise ValueError(f"file: expected angle_deg, compression, shear, and N0, M0, energy of each state, got none of "
                          f"{error}") from None  # fmt: skip
     return rebuilt(ends, force, moment, energy, poisson)

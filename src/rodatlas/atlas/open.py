@@ -31,11 +31,11 @@ def open_result(path: str | os.PathLike[str]) -> Result:
 
     where = Path(path)
     expected = f"{where}: expected an HDF5 file written by rodatlas ({', '.join(k[9:] for k in KINDS)}), got"
-    if not where.exists():
-        raise ValueError(f"{expected} no such file")
-    if where.is_dir():
-        raise ValueError(f"{expected} a folder")
     try:
+        if not where.exists():
+            raise ValueError(f"{expected} no such file")
+        if where.is_dir():
+            raise ValueError(f"{expected} a folder")
         with h5py.File(where, "r") as file:
             found = file.attrs.get("schema", "")
     except OSError as error:

@@ -7,6 +7,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Generic, Protocol, TypeVar
 
+from rodatlas.continuation.checks import as_path, check_has
 from rodatlas.files import remove_partials, set_aside, try_claim, write_text
 from rodatlas.files.atomic import remove_folder
 
@@ -59,6 +60,8 @@ class CurveFolder(Generic[AnyCurve]):
     """
 
     def __init__(self, folder: Path, settings: Identified, fresh: bool = False, say: Say = silent):
+        folder = as_path("folder", folder)
+        check_has("settings", settings, ("identity",), "SliceSettings such as SliceSettings(15.0)")
         self.folder, self._say = folder, say
         wanted = settings.identity()
         try:
@@ -133,7 +136,7 @@ def settings_in(folder: Path) -> dict[str, object] | None:
     """What the curves in a folder belong to; None when it holds none, or the record of it is damaged."""
     try:
         found = json.loads((folder / SETTINGS).read_text(encoding="utf-8"))
-    except (OSError, ValueError):
+    except (OSError, ValueError, RecursionError):
         return None
     return found if isinstance(found, dict) else None
 

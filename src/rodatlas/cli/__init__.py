@@ -1,5 +1,5 @@
 """The command line: `rodatlas slice`, `rodatlas loci`, `rodatlas solve`."""
 
-from rodatlas.cli.app import main
+from rodatlas.cli.entry import main
 
 __all__ = ["main"]

@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-import json
-import sys
 from typing import TYPE_CHECKING
 
 from rich.console import Console
 from rich.table import Table
 
-from rodatlas.cli.common import json_target, number
+from rodatlas import __version__
+from rodatlas.cli.common import number, progress_bar
+from rodatlas.cli.output import JsonTarget, json_text
 from rodatlas.cli.tables import say_table
 
 if TYPE_CHECKING:
@@ -17,15 +17,15 @@ if TYPE_CHECKING:
 
 
 def run(
-    dimensions: tuple[str, str, str], compression: str, poisson: str, material: tuple[str, str], angle: str,
-    errors: tuple[str, str], json_to: str,
+    dimensions: tuple[str, str, str], compression: str, poisson: str, material: tuple[str | None, str | None],
+    angle: str, errors: tuple[str, str], json_to: JsonTarget,
 ) -> None:  # fmt: skip
     """The command; texts come as typed and are checked here.
 
     Parameters
     ----------
     dimensions : length, width and thickness in mm.
-    material : Young's modulus in GPa and density in kg/m^3; empty where not known.
+    material : Young's modulus in GPa and density in kg/m^3; None where not known.
     errors : of the clamps, in degrees and mm.
     """
     from rodatlas.rods.band import Band, check_number
@@ -35,24 +35,25 @@ def run(
     length, width, thickness = (number(name, text) for name, text in zip(names, dimensions, strict=True))
     band = Band(length, width, thickness, number("poisson", poisson))
     young, density = (
-        number(name, text) if text else None for name, text in zip(("modulus", "density"), material, strict=True)
+        number(name, text) if text is not None else None
+        for name, text in zip(("modulus", "density"), material, strict=True)
     )
     units = BandUnits(band, number("compression", compression), young, density)
     angle_error, displacement_error = errors
     clamps = ClampErrors(number("angle-error", angle_error), number("displacement-error", displacement_error))
     degrees = check_number("angle", number("angle", angle), 0.0, 89.999999, "degrees with 0 <= angle < 90")
-    json_file = json_target(json_to)
-    from rodatlas.atlas.experiments.real_band import band_report
+    from rodatlas.atlas.experiments.real_band import band_report, check_errors
 
-    report = band_report(units, clamps, degrees)
-    text = json.dumps(report.to_json(), indent=1) + "\n"
-    say_table(Console(stderr=json_to == "-"), _table(report))
-    if json_to == "-":
-        sys.stdout.write(text)
-    elif json_file is not None:
-        from rodatlas.files import write_text
-
-        write_text(json_file, text)
+    check_errors(units, clamps)
+    identity = {
+        "rodatlas": __version__, "band": [length, width, thickness, band.poisson], "compression": units.compression,
+        "modulus": young, "density": density, "angle_deg": degrees, "errors": [clamps.angle_deg, clamps.displacement],
+    }  # fmt: skip
+    json_to.expect(identity)
+    with progress_bar(f"band at {degrees:g} deg") as tell:
+        report = band_report(units, clamps, degrees, tell)
+    say_table(Console(stderr=json_to.on_stdout), _table(report))
+    json_to.write(json_text(report.to_json(), identity), identity)
 
 
 def _table(report: BandReport) -> Table:
@@ -81,7 +82,8 @@ def _mechanical(report: BandReport) -> list[tuple[str, str]]:
     """Units of force and moment, when Young's modulus is known."""
     u = report.units
     if u.young is None:
-        return [("force, moment", "need --modulus (Young's, in GPa)")]
+        rows = [("force, moment", "need --modulus (Young's, in GPa)")]
+        return rows if u.density is None else [*rows, ("weight", f"{u.weight_newton:.4g} N")]
     rows = [
         ("GJ", f"{u.twisting_stiffness:.5g} N mm²"),
         ("force GJ/L²", f"{u.force:.5g} N"),

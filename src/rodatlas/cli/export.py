@@ -9,9 +9,13 @@ from typing import TYPE_CHECKING
 
 from rich.console import Console
 
-from rodatlas.cli.common import note, number, writable_folder
+from rodatlas.cli.common import SAMPLES, note, number, progress_bar, shown, whole_number
+from rodatlas.cli.output import file_target, place_files
+from rodatlas.states.labels import in_file_name
 
 if TYPE_CHECKING:
+    import pandas as pd
+
     from rodatlas.atlas.contents import StatesTable
     from rodatlas.atlas.open import Result
     from rodatlas.continuation import Solution
@@ -29,72 +33,85 @@ class Size:
     unit: str = "L"
 
 
-def run(file: str, form: str, out: str, width: str, band: str, state: str, shear: str, samples: str) -> None:
-    """The command; texts come as typed and are checked here."""
+def run(
+    file: str, form: str | None, out: str, width: str | None, band: str | None, state: str | None, shear: str | None,
+    samples: str, sampled: bool, overwrite: bool,
+) -> None:  # fmt: skip
+    """The command; texts come as typed and are checked here.
+
+    Parameters
+    ----------
+    sampled : whether the samples were asked for, and are not the default.
+    overwrite : whether other files may be replaced.
+    """
+    path = file_target(out)
     wanted = _format(form, out)
-    target = _target(out, wanted)
-    size, count = _size(width, band, wanted), _samples(samples)
-    place = number("shear", shear) if shear else None
+    target = path if path.suffix.lower() == f".{wanted}" else path.with_name(f"{path.name}.{wanted}")
+    size, count = _size(width, band, wanted), whole_number("samples", samples, SAMPLES)
+    place = number("shear", shear, -1.0, 1.0) if shear is not None else None
+    if state is not None and not state.strip():
+        raise ValueError(f"state: expected a name, got '{state}'")
     from rodatlas.atlas.contents import read_states_table
     from rodatlas.atlas.open import open_result
 
-    found = read_states_table(file) if Path(file).suffix == ".json" else open_result(file)
-    if wanted == "csv":
-        written = _tables(found, state, place, target, size, count)
-    else:
-        written = _shapes(_solutions(found, state, place), wanted, target, size, count)
+    with progress_bar("export", lines=False):
+        found = read_states_table(file) if Path(file).suffix == ".json" else open_result(file)
+        if wanted == "csv":
+            frames, comments = _tables(found, state or "", place, count, sampled)
+            written = place_files(target, lambda at: _written(frames, comments, at, size), overwrite)
+        else:
+            shapes = _solutions(found, state or "", place)
+            written = place_files(target, lambda at: _shapes(shapes, wanted, at, size, count), overwrite)
     Console().print("wrote " + ", ".join(map(str, written)), highlight=False, soft_wrap=True, markup=False)
 
 
-def _format(form: str, out: str) -> str:
+def _format(form: str | None, out: str) -> str:
     """The format asked for, or that of the file's name."""
-    wanted = form.lower() or Path(out).suffix.lower().removeprefix(".")
+    ending = Path(out).suffix.lower().removeprefix(".")
+    wanted = ending if form is None else form.lower()
     if wanted not in FORMATS:
-        got = f"'{form}'" if form else f"the file name '{out}' and no --format"
+        got = f"the file name '{shown(out)}' and no --format" if form is None else f"'{shown(form)}'"
         raise ValueError(f"format: expected one of {', '.join(FORMATS)}, got {got}")
+    if ending in FORMATS and ending != wanted:
+        raise ValueError(f"format: expected {ending}, as the file '{shown(out)}' is called, got '{form}'")
     return wanted
 
 
-def _target(out: str, wanted: str) -> Path:
-    """The file to write, checked before any work is done."""
-    path = Path(out)
-    if not out.strip() or path.is_dir():
-        raise ValueError(f"out: expected a file name, got {f'the folder {out!r}' if out.strip() else repr(out)}")
-    writable_folder(str(path.parent))
-    return path if path.suffix.lower() == f".{wanted}" else path.with_name(f"{path.name}.{wanted}")
-
-
-def _size(width: str, band: str, wanted: str) -> Size:
+def _size(width: str | None, band: str | None, wanted: str) -> Size:
     from rodatlas.rods.band import Band, ratio_from_text
 
-    if width and band:
-        raise ValueError("width: expected no --width beside --band, which has one")
-    if band:
+    if width is not None and band is not None:
+        raise ValueError(f"width: expected no --width beside --band, which has one, got '{shown(width)}'")
+    if width is not None and wanted == "csv":
+        raise ValueError(f"width: expected no --width for tables, which have none, got '{shown(width)}'")
+    if band is not None:
         real = Band.from_text(band)
         return Size(real.aspect, real.thickness / real.length, real.length, "mm")
     if wanted == "stl":
         raise ValueError("band: expected LENGTHxWIDTHxTHICKNESS in mm for STL, which needs a thickness, got none")
-    return Size(ratio_from_text(width or "1/80"))
-
-
-def _samples(text: str) -> int:
-    if not text.isdecimal() or not 3 <= int(text) <= 100_000:
-        raise ValueError(f"samples: expected a whole number from 3 to 100000, got '{text}'")
-    return int(text)
+    return Size(ratio_from_text("1/80" if width is None else width))
 
 
 def _tables(
-    found: Result | StatesTable, state: str, place: float | None, target: Path, size: Size, samples: int
-) -> list[Path]:
-    """Write tables: a single one into the target, several beside each other with their names added."""
+    found: Result | StatesTable, state: str, place: float | None, samples: int, sampled: bool
+) -> tuple[dict[str, pd.DataFrame], list[str]]:
+    """Tables by name, and comment lines for them."""
     from rodatlas.atlas.contents import shapes_of, tables_of
-    from rodatlas.plot.exports import with_millimeters, write_csv
+    from rodatlas.continuation import Solution
 
     if state:
         (found,) = shapes_of(found, state, place).values()
     elif place is not None:
         raise ValueError("shear: expected --state beside --shear for a table, got none")
-    frames, comments = tables_of(found, samples)
+    if sampled and not isinstance(found, Solution):
+        raise ValueError(f"samples: expected --samples only for the table of one state, got {samples} with {found!r}")
+    return tables_of(found, samples)
+
+
+def _written(frames: Mapping[str, pd.DataFrame], comments: list[str], target: Path, size: Size) -> list[Path]:
+    """Write tables: a single one into the target, several beside each other with their names added."""
+    from rodatlas.plot.exports import with_millimeters, write_csv
+
     written = []
     for name, frame in frames.items():
         table = with_millimeters(frame, size.length) if size.unit == "mm" else frame
@@ -144,7 +161,7 @@ def _shapes(solutions: Mapping[str, Solution], wanted: str, target: Path, size: 
 
 def _beside(target: Path, name: str, taken: Sequence[Path]) -> Path:
     """The target with a name added; a number too where the names differ only in case (w and W)."""
-    path = target.with_name(f"{target.stem}-{name}{target.suffix}") if name else target
+    path = target.with_name(f"{target.stem}-{in_file_name(name)}{target.suffix}") if name else target
     if str(path).lower() in {str(p).lower() for p in taken}:
         path = path.with_name(f"{path.stem}-2{path.suffix}")
     return path

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 import json
 from collections.abc import Sequence
 from pathlib import Path
@@ -9,6 +10,7 @@ from typing import TYPE_CHECKING
 
 from rich.table import Table
 
+from rodatlas.cli.common import shown
 from rodatlas.cli.tables import say_table
 
 if TYPE_CHECKING:
@@ -19,19 +21,28 @@ if TYPE_CHECKING:
     from rodatlas.atlas.experiments.measured import Measurement
 
 
-def read_overlay(path: str, band: str, settings: SliceSettings) -> tuple[Measurement, ...]:
+MOST_OF_NAME = 60  # characters of the name of measured data in those of files: systems take 255 bytes
+
+
+def read_overlay(path: str | None, band: str | None, settings: SliceSettings) -> tuple[Measurement, ...]:
     """The measured ranges of a file, none without a file; whatever is wrong with them is told before any work."""
-    if not path:
-        if band:
-            raise ValueError("band: expected --band only with --overlay, which it is for")
+    if path is None:
+        if band is not None:
+            raise ValueError(f"band: expected --band only with --overlay, which it is for, got '{shown(band)}' alone")
         return ()
     from rodatlas.atlas.experiments.comparison import converted
     from rodatlas.atlas.experiments.measured import read_measurements
     from rodatlas.rods.band import Band
 
-    measured = read_measurements(path, Band.from_text(band, settings.poisson) if band else None)
+    measured = read_measurements(path, Band.from_text(band, settings.poisson) if band is not None else None)
     converted(measured, settings.compression)
     return measured
+
+
+def overlay_mark(path: str, band: str | None) -> str:
+    """What stands for measured data and a band in the names of files: the file's name and eight digits of both."""
+    content = hashlib.sha256(Path(path).read_bytes() + (band or "").encode()).hexdigest()[:8]
+    return f"{Path(path).stem[:MOST_OF_NAME]}-{content}"
 
 
 def compare_overlay(found: Slice, measured: Sequence[Measurement], stem: Path, console: Console) -> Comparison:

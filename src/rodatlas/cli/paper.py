@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import os
 import sys
 from collections.abc import Sequence
@@ -12,41 +11,33 @@ from typing import Any
 from rich.console import Console
 from rich.table import Table
 
-from rodatlas.cli.common import json_target, note, progress_bar, writable_folder
+from rodatlas import __version__
+from rodatlas.cli.common import WORKERS, note, progress_bar, whole_number
+from rodatlas.cli.output import JsonTarget, json_text, writable_folder
 from rodatlas.cli.tables import say_table
+from rodatlas.failures import Failure
 from rodatlas.paper import ENTRIES, NOT_DRAWN, Entry, chosen
 
 
-def run(wanted: Sequence[str], out: str, workers: str, json_to: str, fresh: bool) -> None:
+def run(wanted: Sequence[str], out: str, workers: str | None, json_to: JsonTarget, fresh: bool) -> None:
     """The command; texts come as typed and are checked here."""
     entries = chosen(wanted)
+    processes = whole_number("workers", workers, WORKERS) if workers is not None else os.cpu_count() or 1
+    identity = {"rodatlas": __version__, "folder": os.path.abspath(out)}
+    names = ("paper", *(f"fig-{entry.name}" for entry in ENTRIES))
+    json_to.expect(identity, [Path(out) / f"{name}.json" for name in names])
     folder = writable_folder(out)
-    json_file = json_target(json_to)
-    processes = _processes(workers)
-    from rodatlas.files import write_text
     from rodatlas.paper.output import stored_records, to_json
 
     records, failed = _drawn(entries, folder, processes, fresh)
-    console = Console(stderr=json_to == "-")
+    console = Console(stderr=json_to.on_stdout)
     _say(records, console)
     console.print(f"files: {folder}/fig-*.png, fig-*.pdf, paper.md, paper.json", highlight=False, soft_wrap=True)
-    text = json.dumps(to_json(stored_records(folder)), indent=1, ensure_ascii=False) + "\n"
-    if json_to == "-":
-        sys.stdout.write(text)
-    elif json_file is not None:
-        write_text(json_file, text)
+    json_to.write(json_text(to_json(stored_records(folder)), identity), identity)
     for name, why in failed.items():
         note(f"rodatlas: figure {name}: {' '.join(why.split())}")
     if failed:
         sys.exit(1)
-
-
-def _processes(text: str) -> int:
-    if not text:
-        return os.cpu_count() or 1
-    if not text.isdecimal() or int(text) < 1:
-        raise ValueError(f"workers: expected a whole number of at least 1, got '{text}'")
-    return int(text)
 
 
 def _drawn(
@@ -56,7 +47,6 @@ def _drawn(
 
     What is finished stays.
     """
-    from rodatlas.continuation import NotConverged
     from rodatlas.paper.output import draw_to, write_tables
     from rodatlas.paper.sources import Sources, slice_settings
 
@@ -75,7 +65,7 @@ def _drawn(
             )
             try:
                 records.append(draw_to(entry, sources, folder))
-            except (ValueError, NotConverged) as error:  # the other figures do not need it
+            except (ValueError, Failure) as error:  # the other figures do not need it
                 failed[entry.name] = str(error)
             write_tables(folder, note)
     return records, failed

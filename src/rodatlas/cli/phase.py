@@ -2,23 +2,29 @@
 
 from __future__ import annotations
 
-import json
-import sys
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from rich.console import Console
 from rich.table import Table
 
-from rodatlas.cli.common import json_target, note, number, progress_bar, writable_folder
+from rodatlas.cli.common import (
+    WORKERS,
+    note,
+    number,
+    progress_bar,
+    whole_number,
+)
+from rodatlas.cli.output import JsonTarget, json_text, writable_folder, write_own_json
+from rodatlas.cli.tables import say_table
 
 if TYPE_CHECKING:
     from rodatlas.atlas.phase.result import PhaseDiagram
 
 
 def run(
-    angle_min: str, angle_max: str, compression: str, poisson: str, tol: str, workers: str, out: str, json_to: str,
-    fresh: bool,
+    angle_min: str, angle_max: str, compression: str, poisson: str, tol: str, workers: str, out: str,
+    json_to: JsonTarget, fresh: bool,
 ) -> None:  # fmt: skip
     """The command; texts come as typed and are checked here."""
     from rodatlas.atlas.phase.obtain import obtain_phase
@@ -28,34 +34,26 @@ def run(
         number("compression", compression), number("poisson", poisson), number("angle-min", angle_min),
         number("angle-max", angle_max), number("tol", tol),
     )  # fmt: skip
-    count = number("workers", workers)
-    if not (count.is_integer() and count >= 1):
-        raise ValueError(f"workers: expected a whole number of at least 1, got '{workers}'")
+    count = whole_number("workers", workers, WORKERS)
+    json_to.expect(settings.identity())
     folder = writable_folder(out)
-    json_file = json_target(json_to)
     with progress_bar("phase") as report:
-        found = obtain_phase(settings, folder, report, workers=int(count), fresh=fresh, say=note)
+        found = obtain_phase(settings, folder, report, workers=count, fresh=fresh, say=note)
         report("figures", len(found.angles), 0)
         files = _files(found, folder)
-    _say(found, files, Console(stderr=json_to == "-"))
-    text = json.dumps(found.to_json()) + "\n"
-    if json_to == "-":
-        sys.stdout.write(text)
-    elif json_file is not None:
-        from rodatlas.files import write_text
-
-        write_text(json_file, text)
+    _say(found, files, Console(stderr=json_to.on_stdout))
+    json_to.write(json_text(found.to_json(), settings.identity(), None), settings.identity())
 
 
 def _files(found: PhaseDiagram, folder: Path) -> list[Path]:
     """Draw the figures and write the data as JSON; the files that are there now."""
     from rodatlas.atlas.phase.settings import phase_stem_of
-    from rodatlas.files import write_text
     from rodatlas.plot import draw_phase_figure, draw_phase_states, save_figure
 
     stem = phase_stem_of(found.settings)
     text = folder / f"{stem}.json"
-    write_text(text, json.dumps(found.to_json()) + "\n")
+    identity = found.settings.identity()
+    write_own_json(text, json_text(found.to_json(), identity, None), identity)
     figures = [*save_figure(draw_phase_figure(found), folder / stem)]
     figures += save_figure(draw_phase_states(found), folder / f"{stem}-states")
     return [*figures, text, folder / f"{stem}.h5"]
@@ -70,7 +68,7 @@ def _say(found: PhaseDiagram, files: list[Path], console: Console) -> None:
         status = "" if e.status == "converged" else f" ({e.status})"
         place = (f"{e.angle_deg:.4f}", f"{round(e.shear, 6) + 0.0:.6f}")
         events.add_row(*place, ", ".join(e.labels), e.description + status)
-    console.print(events)
+    say_table(console, events)
     regions = Table(title=f"Regions of stability, {of}")
     for name in ("state", "angle [deg]", "shear", "bounded by"):
         regions.add_column(name, no_wrap=name != "bounded by")
@@ -80,7 +78,7 @@ def _say(found: PhaseDiagram, files: list[Path], console: Console) -> None:
         regions.add_row(region.state, *ranges, ", ".join(dict.fromkeys(region.bounds)))
     for i in (i for i in found.edge if not found.state_regions(i.name)):
         regions.add_row(i.name, "0", f"{i.low:.4f} to {i.high:.4f}", "")
-    console.print(regions)
+    say_table(console, regions)
     for line in found.completed:
         console.print(f"completed: {line}", markup=False, highlight=False)
     for warning in found.warnings:

@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-import json
-import sys
+import os
 from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -11,7 +10,8 @@ from typing import TYPE_CHECKING, Any
 from rich.console import Console
 from rich.table import Table
 
-from rodatlas.cli.common import json_target
+from rodatlas.cli.common import progress_bar
+from rodatlas.cli.output import JsonTarget, json_text
 from rodatlas.cli.tables import say_table
 
 if TYPE_CHECKING:
@@ -27,14 +27,17 @@ SHORT = {
 }  # fmt: skip
 
 
-def run(folder: str, check: bool, json_to: str) -> None:
+def run(folder: str, check: bool, json_to: JsonTarget) -> None:
     """The command; texts come as typed and are checked here."""
     from rodatlas.atlas.study.listing import list_folder
 
-    json_file = json_target(json_to)
-    found = list_folder(Path(folder), thorough=check)
-    text = json.dumps(found.to_json(), indent=1) + "\n"
-    console = Console(stderr=json_to == "-")
+    if not folder.strip():
+        raise ValueError(f"folder: expected a folder with results, got '{folder}'")
+    identity = {"folder": os.path.abspath(folder)}
+    json_to.expect(identity)
+    with progress_bar("reading", lines=False):
+        found = list_folder(Path(folder), thorough=check)
+    console = Console(stderr=json_to.on_stdout)
     if found.study:
         console.print(f"study: {found.study}", markup=False, highlight=False, soft_wrap=True)
     for kind in dict.fromkeys(e.kind for e in found.entries):
@@ -44,12 +47,7 @@ def run(folder: str, check: bool, json_to: str) -> None:
             console.print(f"{entry.file} is {entry.status}: {entry.detail}", markup=False, highlight=False,
                           soft_wrap=True)  # fmt: skip
     console.print(summary(found), markup=False, highlight=False, soft_wrap=True)
-    if json_to == "-":
-        sys.stdout.write(text)
-    elif json_file is not None:
-        from rodatlas.files import write_text
-
-        write_text(json_file, text)
+    json_to.write(json_text(found.to_json(), identity), identity)
 
 
 def _table(kind: str, entries: Sequence[Entry]) -> Table:

@@ -2,53 +2,59 @@
 
 from __future__ import annotations
 
-import json
-import sys
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from rich.console import Console
 from rich.table import Table
 
-from rodatlas.cli.common import json_target, note, progress_bar, settings_from, writable_folder
-from rodatlas.cli.overlay import compare_overlay, read_overlay
+from rodatlas.cli.common import note, progress_bar, settings_from
+from rodatlas.cli.output import JsonTarget, json_text, writable_folder, write_own_json
+from rodatlas.cli.overlay import compare_overlay, overlay_mark, read_overlay
 from rodatlas.cli.tables import say_table
 
 if TYPE_CHECKING:
     from rodatlas.atlas import Slice
 
+ENDS = {
+    "range": "range: the shears that were looked at end there",
+    "smooth": "smooth: the state becomes the next one without a bifurcation",
+}
 
-def run(setting: tuple[str, ...], out: str, json_to: str, fresh: bool, overlay: str = "", band: str = "") -> None:
+
+def run(
+    setting: tuple[str, str, str, str, str | None, str | None, str], out: str, json_to: JsonTarget, fresh: bool,
+    overlay: str | None, band: str | None,
+) -> None:  # fmt: skip
     """The command; texts come as typed and are checked here, those of `setting` by `settings_from`."""
     settings = settings_from(*setting)
     measured = read_overlay(overlay, band, settings)
-    folder = writable_folder(out)
-    json_file = json_target(json_to)
+    mark = overlay_mark(overlay, band) if overlay is not None else ""
+    identity = settings.identity() | ({"overlay": mark} if mark else {})
     from rodatlas.atlas.slices.obtain import obtain_slice, stem_of
-    from rodatlas.files import write_text
 
     stem = stem_of(settings)
+    compared_to = f"{stem}-overlay-{mark}"
+    json_to.expect(identity, [Path(out) / f"{name}.json" for name in (stem, compared_to)] if mark else ())
+    folder = writable_folder(out)
     with progress_bar(f"slice at {settings.angle_deg:g} deg") as report:
         found = obtain_slice(settings, folder, report, fresh=fresh, say=note)
         report("figures", len(found.branches), 0)
         files = [*_figures(found, folder, stem), folder / f"{stem}.json", folder / f"{stem}.h5"]
-    text = json.dumps(found.to_json(), indent=1) + "\n"
-    write_text(folder / f"{stem}.json", text)
-    console = Console(stderr=json_to == "-")
+    text = json_text(found.to_json(), settings.identity())
+    write_own_json(folder / f"{stem}.json", text, settings.identity())
+    console = Console(stderr=json_to.on_stdout)
     say_table(console, _table(found))
     if measured:
-        compared = compare_overlay(found, measured, folder / f"{stem}-overlay", console)
-        text = json.dumps(found.to_json() | {"overlay": compared.to_json()}, indent=1) + "\n"
-    for warning in found.warnings:
-        console.print(f"warning: {warning}", style="yellow", markup=False)
+        compared = compare_overlay(found, measured, folder / compared_to, console)
+        text = json_text(found.to_json() | {"overlay": compared.to_json()}, identity)
+    for warning in found.remarks:
+        console.print(f"warning: {warning}", style="yellow", markup=False, soft_wrap=True)
     console.print(
         f"{len(found.branches)} branches, computed in {found.seconds:.1f} s; files: {', '.join(map(str, files))}",
         highlight=False, soft_wrap=True,
     )  # fmt: skip
-    if json_to == "-":
-        sys.stdout.write(text)
-    elif json_file is not None:
-        write_text(json_file, text)
+    json_to.write(text, identity)
 
 
 def _figures(found: Slice, folder: Path, stem: str) -> list[Path]:
@@ -62,13 +68,19 @@ def _figures(found: Slice, folder: Path, stem: str) -> list[Path]:
 
 
 def _table(found: Slice) -> Table:
-    """Stable states: name, range of shear, and what ends each."""
+    """Stable states: name, range of shear, what ends each, and where its band touches itself."""
+    from rodatlas.atlas.slices.contact import ranges_text
+
     table = Table(
         title=f"Stable states at angle {found.settings.angle_deg:g} deg, dL = {found.settings.compression:g}, "
         f"nu = {found.settings.poisson:g}"
     )
-    for name in ("state", "shear", "begins at", "ends at"):
-        table.add_column(name, no_wrap=True)
+    touching = any(s.contact for s in found.states)
+    for name in ("state", "shear", "begins at", "ends at", *(["touches itself"] if touching else [])):
+        table.add_column(name, no_wrap=name != "touches itself")
     for s in found.states:
-        table.add_row(s.name, f"{s.low.shear: .5f} to {s.high.shear:.5f}", s.low.text, s.high.text)
+        row = (s.name, f"{s.low.shear: .5f} to {s.high.shear:.5f}", s.low.text, s.high.text)
+        table.add_row(*row, *([ranges_text(s.contact)] if touching else []))
+    ends = {end.kind for s in found.states for end in (s.low, s.high)}
+    table.caption = "; ".join(text for kind, text in ENDS.items() if kind in ends) or None
     return table

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import json
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -9,46 +11,111 @@ import numpy as np
 from rich.console import Console
 from rich.table import Table
 
-from rodatlas.cli.common import number, progress_bar, settings_from, writable_folder
+from rodatlas import __version__
+from rodatlas.cli.common import note, number, progress_bar, settings_from, shown
+from rodatlas.cli.output import KEPT, Identity, file_target
 from rodatlas.cli.tables import say_table
+from rodatlas.files import claimed, exact
+from rodatlas.rods.band import near_limit
 from rodatlas.rods.ends import Ends
+from rodatlas.states.labels import in_file_name, parse_label
 
 if TYPE_CHECKING:
+    from rodatlas.atlas.slices.settings import SliceSettings
     from rodatlas.continuation import Solution
 
 
-def run(angle: str, shear: str, state: str, out: str, compression: str, poisson: str, tol: str, folder: str) -> None:
-    """The command; texts come as typed and are checked here."""
+def run(
+    angle: str, shear: str, state: str, out: str | None, compression: str, poisson: str, tol: str, folder: str | None,
+    overwrite: bool,
+) -> None:  # fmt: skip
+    """The command; texts come as typed and are checked here.
+
+    Parameters
+    ----------
+    overwrite : whether a file that holds something else may be replaced.
+    """
     value = number("shear", shear)
     settings = settings_from(angle, compression, poisson, tol)
     Ends(settings.angle_deg, settings.compression, value)
-    path = _target(out or f"out/{state}-{settings.angle_deg:g}-dD{value:g}.h5")
-    from rodatlas.atlas.slices.reach import reach, split_name
-    from rodatlas.plot.exports import solution_table, write_csv
+    from rodatlas.atlas.slices.reach import reach
 
-    split_name(state)
-    if folder and not Path(folder).is_dir():
-        raise ValueError(f"from: expected a folder with a slice, got '{folder}'")
-    with progress_bar(f"{state} at {settings.angle_deg:g} deg, shear {value:g}") as report:
+    label = parse_label(state).label
+    if folder is not None and not _has_slice(folder):
+        raise ValueError(f"from: expected a folder with a slice, got '{shown(folder)}'")
+    identity = {
+        "rodatlas": __version__, "state": label, "angle_deg": settings.angle_deg, "shear": value,
+        "compression": settings.compression, "poisson": settings.poisson, "tolerance": settings.tolerance,
+    }  # fmt: skip
+    path = file_target(f"out/{_stem(label, value, settings)}.h5" if out is None else out)
+    path = path if path.suffix == ".h5" else path.with_name(f"{path.name}.h5")
+    if not overwrite:
+        _expect(path, identity)
+    with progress_bar(f"{label} at {settings.angle_deg:g} deg, shear {value:g}") as report:
         solution, source = reach(settings, state, value, progress=report, folder=Path(folder or "out"))
-    solution.save(path)
-    table = path.with_suffix(".csv")
-    write_csv(table, *solution_table(solution), bare=True)
+    if folder is not None and source != "stored slice":
+        note(f"{folder} has no slice of these settings with the state; it comes from a {source}")
+    table = _write(path, solution, identity, overwrite)
     console = Console()
-    say_table(console, _table(state, solution, source))
+    say_table(console, _table(label, solution, source))
+    if near := near_limit(value, settings.compression):
+        console.print(f"warning: {near}", style="yellow", markup=False, soft_wrap=True)
     console.print(f"wrote {path} and {table}", highlight=False, soft_wrap=True)
 
 
-def _target(text: str) -> Path:
-    """The HDF5 file, checked before any work is done."""
-    path = Path(text)
-    if not text.strip() or path.is_dir():
-        raise ValueError(f"out: expected a file name, got {f'the folder {text!r}' if text.strip() else repr(text)}")
-    writable_folder(str(path.parent))
-    return path.with_suffix(".h5")
+def _stem(label: str, shear: float, settings: SliceSettings) -> str:
+    """Name of the files of a state, other for all other settings."""
+    from rodatlas.atlas.slices.obtain import stem_of
+
+    of_slice = replace(settings, angle_deg=0.0)
+    other = stem_of(of_slice).removeprefix("slice-0")
+    return f"{in_file_name(label)}-{exact(settings.angle_deg)}-dD{exact(shear)}{other}"
+
+
+def _expect(path: Path, identity: Identity) -> None:
+    """Refuse files that hold another state, or something else."""
+    table = path.with_suffix(".csv")
+    for file in (path, table):
+        if file.exists() and _identity_in(path) != identity:
+            raise ValueError(f"out: {KEPT.format(shown(str(file)))}")
+
+
+def _identity_in(path: Path) -> dict[str, object] | None:
+    """What the file of a state says of itself; None where it is none."""
+    from rodatlas.continuation.store import checked_hdf5
+
+    try:
+        with checked_hdf5(path, "rodatlas/solution") as file:
+            return json.loads(file.attrs["identity"])
+    except (OSError, ValueError):
+        return None
+
+
+def _write(path: Path, solution: Solution, identity: Identity, overwrite: bool) -> Path:
+    """Write the state and its table, unless another run has written another one there meanwhile; the table's path."""
+    from rodatlas.continuation.store import save_solution
+    from rodatlas.plot.exports import solution_table, write_csv
+
+    path.parent.mkdir(parents=True, exist_ok=True)
+    table = path.with_suffix(".csv")
+    with claimed(table, note), claimed(path, note):  # in order of name, as `export` does
+        if not overwrite:
+            _expect(path, identity)
+        save_solution(path, solution, identity)
+        write_csv(table, *solution_table(solution), bare=True)
+    return table
+
+
+def _has_slice(folder: str) -> bool:
+    """Whether a folder is there and holds any slice."""
+    try:
+        return any(Path(folder).glob("slice*.h5"))
+    except (OSError, ValueError):
+        return False
 
 
 def _table(name: str, solution: Solution, source: str) -> Table:
+    from rodatlas.rods.contact import places_text, self_contact, width_text
     from rodatlas.rods.stability import index_of
     from rodatlas.rods.state import RodState
 
@@ -68,6 +135,9 @@ def _table(name: str, solution: Solution, source: str) -> Table:
         ("estimated error", f"{solution.error:.1e} of each unknown's scale, {solution.intervals} intervals"),
         ("drift of first integrals", ", ".join(f"{k}: {v:.1e}" for k, v in drift.items())),
     ]  # fmt: skip
+    if contact := self_contact(solution):
+        where = f"a band {width_text(contact.width)} wide, at s = {places_text(contact)}"
+        rows.insert(7, ("touches itself", f"{where}; forces of contact are not modeled"))
     table = Table(show_header=False)
     for row in rows:
         table.add_row(*row)

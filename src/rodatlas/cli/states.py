@@ -2,14 +2,24 @@
 
 from __future__ import annotations
 
-import json
-import sys
 from typing import TYPE_CHECKING
 
+import typer
 from rich.console import Console
 from rich.table import Table
 
-from rodatlas.cli.common import json_target, number, progress_bar
+from rodatlas import __version__
+from rodatlas.cli.common import (
+    DEFLATIONS,
+    STARTS,
+    WORKERS,
+    note,
+    number,
+    progress_bar,
+    shown,
+    whole_number,
+)
+from rodatlas.cli.output import JsonTarget, json_text
 from rodatlas.cli.tables import say_table
 
 if TYPE_CHECKING:
@@ -17,52 +27,68 @@ if TYPE_CHECKING:
 
 
 def run(
-    angle: str, shear: str, compression: str, poisson: str, classes: str, starts: str, stable_only: bool, wound: bool,
-    deflate: str, threads: str, json_to: str,
+    angle: str, shear: str, compression: str, poisson: str, classes: str, starts: str | None, stable_only: bool,
+    wound: bool, deflate: str | None, threads: str | None, json_to: JsonTarget,
 ) -> None:  # fmt: skip
-    """The command; texts come as typed and are checked here."""
+    """The command; texts come as typed and are checked here.
+
+    Raises
+    ------
+    typer.Exit
+        with code 1 when the search found nothing: one line says why, after the table and the JSON are written.
+    """
     from rodatlas.rods.band import check_poisson
     from rodatlas.rods.ends import Ends
     from rodatlas.states.discover import CLASSES, find_states
+    from rodatlas.states.store import ALGORITHM
 
     ends = Ends(number("angle", angle), number("compression", compression), number("shear", shear))
     ratio = check_poisson(number("poisson", poisson))
     if classes not in CLASSES:
-        raise ValueError(f"class: expected +, - or both, got '{classes}'")
-    count = _count("starts", starts) if starts else None
-    attempts = _count("deflate", deflate) if deflate else 0
-    workers = _count("threads", threads) if threads else None
-    json_file = json_target(json_to)
+        raise ValueError(f"class: expected +, - or both, got '{shown(classes)}'")
+    count = whole_number("starts", starts, STARTS) if starts is not None else None
+    attempts = whole_number("deflate", deflate, DEFLATIONS) if deflate is not None else 0
+    workers = whole_number("threads", threads, WORKERS) if threads is not None else None
+    identity = {
+        "rodatlas": __version__, "algorithm": ALGORITHM, "angle_deg": ends.angle_deg, "compression": ends.compression,
+        "shear": ends.shear, "poisson": ratio, "classes": classes, "starts": count or 0, "stable_only": stable_only,
+        "wound": wound, "deflate": attempts,
+    }  # fmt: skip
+    json_to.expect(identity)
     with progress_bar(f"states at {ends.angle_deg:g} deg, shear {ends.shear:g}") as report:
         found = find_states(ends, ratio, classes, count, stable_only=stable_only, wound=wound, deflate=attempts,
                             threads=workers, progress=report)  # fmt: skip
-    text = json.dumps(found.to_json(), indent=1) + "\n"
-    console = Console(stderr=json_to == "-")
+    console = Console(stderr=json_to.on_stdout)
     say_table(console, _table(found))
     console.print(_summary(found), highlight=False, soft_wrap=True)
-    if json_to == "-":
-        sys.stdout.write(text)
-    elif json_file is not None:
-        json_file.write_text(text)
-
-
-def _count(field: str, text: str) -> int:
-    if not text.isdecimal() or int(text) < 1:
-        raise ValueError(f"{field}: expected a whole number of at least 1, got '{text}'")
-    return int(text)
+    json_to.write(json_text(found.to_json(), identity), identity)
+    if found.failed:
+        note(f"rodatlas: {found.warnings[0]}")
+        raise typer.Exit(1)
+    for warning in found.remarks:
+        console.print(f"warning: {warning}", style="yellow", markup=False, soft_wrap=True)
 
 
 def _table(found: Discovery) -> Table:
-    table = Table(box=None, caption="index 0: stable; k1, tau: inflections; turns: int tau ds / 2 pi", padding=(0, 1))
-    for title in ("name", "class", "index", "energy", "height", "pair", "|N|", "turns", "k1", "tau", "met"):
+    from rodatlas.rods.band import NARROW
+    from rodatlas.rods.contact import places_text, width_text
+
+    touching = any(s.contact for s in found.states)
+    caption = "index 0: stable; k1, tau: inflections; turns: int tau ds / 2 pi"
+    if touching:
+        caption += f"; touches: arclengths at which a band {width_text(NARROW)} wide passes through itself"
+    table = Table(box=None, caption=caption, padding=(0, 1))
+    titles = ("name", "class", "index", "energy", "height", "pair", "|N|", "turns", "k1", "tau", "met")
+    for title in (*titles, *(["touches"] if touching else [])):
         table.add_column(title, justify="left" if title == "name" else "right", no_wrap=True)
-    for state in found.states:
+    for state, label in zip(found.states, found.labels, strict=True):
         plain = state.to_json()
         table.add_row(
-            state.name or "", state.cls, "?" if state.index < 0 else str(state.index),
+            label or "", state.cls, "?" if state.index < 0 else str(state.index),
             f"{plain['energy']:.6f}", f"{plain['height']:.7f}", state.pair or "",
             f"{sum(x * x for x in plain['N0']) ** 0.5:.4g}", f"{state.turns:.2f}",
             str(plain["inflections"]["k1"]), str(plain["inflections"]["tau"]), str(state.count),
+            *([places_text(state.contact)] if touching else []),
         )  # fmt: skip
     return table
 
@@ -73,11 +99,30 @@ def _summary(found: Discovery) -> str:
     rounds = f" in {len(found.rounds)} rounds" if len(found.rounds) > 1 else ""
     lost = f"; {found.dropped} not confirmed by collocation" if found.dropped else ""
     left = found.wound_left_out
-    wound = f" {left} more that are wound up were met (--wound lists them)." if left else ""
+    wound = f" {_counted(left, 'wound-up state', 'was', 'were')} met besides (--wound lists them)." if left else ""
     added = f" Deflation added {found.deflated[0]} in {found.deflated[1]} attempts." if found.deflated else ""
     return (
-        f"{found.converged} of {found.starts} starts{rounds} converged{within}; {found.distinct} different states are "
-        f"listed (a +/- pair counts once){lost}.{wound}{added} By the number met once, about "
-        f"{found.unseen_estimate:.1f} more were not met, and one more solution would be new with probability "
-        f"{found.unseen_probability:.1%}: an estimate, no proof."
+        f"{found.converged} of {found.starts} starts{rounds} converged{within}; "
+        f"{_counted(found.distinct, 'different state')} listed (a +/- pair counts once){lost}.{wound}{added} "
+        f"{completeness(found)}."
     )
+
+
+def _counted(number: int, noun: str, one: str = "is", more: str = "are") -> str:
+    """'1 state is', '2 states are'."""
+    return f"{number} {noun} {one}" if number == 1 else f"{number} {noun}s {more}"
+
+
+def completeness(found: Discovery) -> str:
+    """How many states a search has not met, as far as it can tell."""
+    if found.unseen_estimate is None or found.unseen_probability is None:
+        return "Too few were met to tell how many were not"
+    return (
+        f"By the number met once, about {_few(found.unseen_estimate)} more were not met, and one more solution would "
+        f"be new with probability {found.unseen_probability:.1%}: an estimate, no proof"
+    )
+
+
+def _few(estimate: float) -> str:
+    """A number of states, with a decimal only where that matters: '0', '0.5', '20'."""
+    return f"{estimate:.2g}" if estimate < 10.0 else f"{estimate:.0f}"

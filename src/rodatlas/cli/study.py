@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-import json
-import sys
+import os
+import re
 import time
 from collections import Counter
 from collections.abc import Iterator
@@ -15,46 +15,47 @@ from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TaskID, TextColumn, TimeElapsedColumn
 from rich.table import Table
 
-from rodatlas.cli.common import json_target, note, writable_folder
+from rodatlas import __version__
+from rodatlas.cli.common import WORKERS, note, shown, whole_number
+from rodatlas.cli.output import JsonTarget, json_text, writable_folder
 from rodatlas.cli.tables import say_table
 
 if TYPE_CHECKING:
     from rodatlas.atlas.study import Event, Study, StudyResult
     from rodatlas.atlas.study.outcome import Listener
 
+ADDRESS = re.compile(r"[a-z]+://\S+:\d{1,5}")
 ROWS = 60  # of the table at the end; the rest is what `rodatlas show` is for
 
 
-def run(file: str, out: str, workers: str, scheduler: str, dry_run: bool, json_to: str) -> int:
+def run(
+    file: str, out: str, workers: str | None, scheduler: str | None, dry_run: bool, json_to: JsonTarget
+) -> int:
     """The command; texts come as typed and are checked here. The exit code: 1 when a result is missing."""
     from rodatlas.atlas.study import Study
+    from rodatlas.atlas.study.folder import PLAN
 
-    count = _count(workers) if workers else None
-    json_file = json_target(json_to)
-    if scheduler and "://" not in scheduler:
-        raise ValueError(f"scheduler: expected an address such as tcp://host:8786, got '{scheduler}'")
+    count = whole_number("workers", workers, WORKERS) if workers is not None else None
+    if scheduler is not None and not ADDRESS.fullmatch(scheduler):
+        raise ValueError(f"scheduler: expected an address such as tcp://host:8786, got '{shown(scheduler)}'")
+    if scheduler is not None and count is not None:
+        raise ValueError(f"workers: expected no --workers beside --scheduler, which has its own, got {count}")
     study = Study.load(file)
-    console = Console(stderr=json_to == "-")
+    identity = {
+        "rodatlas": __version__, "name": study.name, "folder": os.path.abspath(out), "dry_run": dry_run,
+        "tasks": [t.file for t in study.tasks],
+    }  # fmt: skip
+    json_to.expect(identity, [Path(out) / PLAN])
+    console = Console(stderr=json_to.on_stdout)
     if dry_run:
-        text = _dry_run(study, Path(out), console)
+        data = _dry_run(study, Path(out), console)
     else:
-        text, failed = _run(study, out, count, scheduler, console)
-    if json_to == "-":
-        sys.stdout.write(text)
-    elif json_file is not None:
-        from rodatlas.files import write_text
-
-        write_text(json_file, text)
+        data, failed = _run(study, out, count, scheduler or "", console)
+    json_to.write(json_text(data, identity), identity)
     return 1 if not dry_run and failed else 0
 
 
-def _count(text: str) -> int:
-    if not text.isdecimal() or int(text) < 1:
-        raise ValueError(f"workers: expected a whole number of at least 1, got '{text}'")
-    return int(text)
-
-
-def _run(study: Study, out: str, workers: int | None, scheduler: str, console: Console) -> tuple[str, int]:
+def _run(study: Study, out: str, workers: int | None, scheduler: str, console: Console) -> tuple[dict[str, Any], int]:
     """Compute, print the table; the result as JSON and the number of results that are missing."""
     from rodatlas.atlas.study import run_study
 
@@ -78,7 +79,7 @@ def _run(study: Study, out: str, workers: int | None, scheduler: str, console: C
         console.print(f"{outcome.task.stem} {outcome.status.value}: {outcome.error}", markup=False, highlight=False,
                       soft_wrap=True)  # fmt: skip
     console.print(_summary(found), markup=False, highlight=False, soft_wrap=True)
-    return json.dumps(found.to_json(), indent=1) + "\n", len(found.failed)
+    return found.to_json(), len(found.failed)
 
 
 def _table(found: StudyResult) -> Table:
@@ -103,7 +104,7 @@ def _summary(found: StudyResult) -> str:
     return f"{', '.join(f'{n} {status}' for status, n in counts.items())} in {found.seconds:.1f} s; {found.folder}"
 
 
-def _dry_run(study: Study, folder: Path, console: Console) -> str:
+def _dry_run(study: Study, folder: Path, console: Console) -> dict[str, Any]:
     """Print what would be computed, and what is there already as far as the names tell."""
     rows: list[dict[str, Any]] = [
         {
@@ -120,7 +121,7 @@ def _dry_run(study: Study, folder: Path, console: Console) -> str:
     say_table(console, table)
     left = sum(not row["there"] for row in rows)
     console.print(f"{len(rows)} results, {left} to be computed; nothing was done", highlight=False)
-    return json.dumps({"schema": "rodatlas/study-plan/1", "name": study.name, "tasks": rows}, indent=1) + "\n"
+    return {"schema": "rodatlas/study-plan/1", "name": study.name, "tasks": rows}
 
 
 @contextmanager

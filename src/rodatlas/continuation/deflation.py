@@ -24,6 +24,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from rodatlas.continuation.checks import check_each, check_type
 from rodatlas.continuation.collocation import Collocation, Scale, add, free_indices, scaled
 from rodatlas.continuation.linear import Blocks, Columns, Factorization
 from rodatlas.continuation.newton import Condition, NewtonCode, fixed, newton
@@ -101,6 +102,9 @@ def deflated_solve(
     ValueError
         when a known solution has other parameters than the guess, or `power` or `shift` is out of range.
     """
+    check_type("bvp", bvp, BVP, "a BVP")
+    check_type("guess", guess, Solution, "a Solution")
+    check_each("known", known, Solution, "a sequence of Solutions")
     if not (power >= 1 and shift >= 0):
         raise ValueError(f"power, shift: expected power >= 1 and shift >= 0, got {power}, {shift}")
     options = options or TraceOptions()
@@ -151,6 +155,8 @@ def other_solutions(
     -------
     the new solutions, in the order in which they were found; of those that are images of each other only one.
     """
+    check_type("bvp", bvp, BVP, "a BVP")
+    check_each("known", known, Solution, "a sequence of Solutions")
     if not known:
         raise ValueError("known: expected at least one solution, got none")
     options = options or TraceOptions()

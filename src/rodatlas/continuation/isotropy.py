@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from rodatlas.continuation.checks import check_has, check_type
 from rodatlas.continuation.collocation import Collocation, Scale, add, free_indices
 from rodatlas.continuation.linear import Columns
 from rodatlas.continuation.problem import BVP
@@ -37,6 +38,9 @@ def image(bvp: BVP, symmetry: str, solution: Solution) -> Solution:
     Its mesh is reversed when s is. Where the problem has gauges, the image is put in the gauge that satisfies the
     boundary conditions best.
     """
+    check_type("bvp", bvp, BVP, "a BVP")
+    check_type("symmetry", symmetry, str, "the name of a declared symmetry")
+    check_type("solution", solution, Solution, "a Solution")
     action = action_of(bvp, symmetry)
     candidates = [_image(g, solution) for g in _with_gauges(bvp, action)]
     if len(candidates) > 1:
@@ -59,6 +63,8 @@ def isotropy(
         not symmetric the image is interpolated.
     among : names or products 'a * b' to be tested; the declared symmetries by default.
     """
+    check_type("bvp", bvp, BVP, "a BVP")
+    check_type("solution", solution, Solution, "a Solution")
     colloc = _plain(bvp, solution, Scale.of(bvp, solution))
     x = colloc.state(solution)
     names = tuple(bvp.symmetries) if among is None else tuple(among)
@@ -108,6 +114,8 @@ def broken_at(bvp: BVP, special: SpecialPoint, among: Sequence[str] | None = Non
 
     At a multiple branch point it is the first of the other branches, `special.rays[2]`.
     """
+    check_type("bvp", bvp, BVP, "a BVP")
+    check_has("special", special, ("rays", "solution"), "a special point of a branch")
     if len(special.rays) < 3:
         return ()
     found, scale = special.solution, special.scale or Scale.of(bvp, special.solution)

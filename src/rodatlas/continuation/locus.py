@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import replace
 
+from rodatlas.continuation.checks import check_each, check_type
 from rodatlas.continuation.collocation import add, arc_length, free_indices, scaled
 from rodatlas.continuation.locus_events import PITCHFORK, crowded, locate, watched, with_sure_signs
 from rodatlas.continuation.locus_frame import LocusFrame, Sought, adapted, correct, error_of, first_frame, settled
@@ -48,6 +49,9 @@ def follow_locus(
         what interrupted the run (Ctrl-C, an error in `on_point`), with the part computed so far in its attribute
         `locus`, whose end there is `EndReason.INTERRUPTED`.
     """
+    check_type("bvp", bvp, BVP, "a BVP")
+    check_type("start", start, SpecialPoint, "a special point of a branch")
+    check_each("free", free, str, "names of parameters such as ('lam', 'mu')")
     sought = Sought.of(start)
     names = list(dict.fromkeys(free))
     if len(names) != bvp.n_free + 1:

@@ -14,9 +14,8 @@ from rodatlas.continuation.results import EndReason, Status
 from rodatlas.continuation.solution import Solution
 
 if TYPE_CHECKING:
-    import pandas as pd
-
     from rodatlas.continuation.collocation import Scale
+    from rodatlas.continuation.table import Table
 
 
 @dataclass(frozen=True, eq=False)
@@ -145,9 +144,9 @@ class Locus:
 
         return load_locus(path)
 
-    def to_frame(self) -> pd.DataFrame:
+    def to_frame(self) -> Table:
         """One row per point and special point: event, arclength, parameters, observables, error."""
-        import pandas as pd
+        from rodatlas.continuation.table import Table
 
         marked = [("", p.arclength, p.solution) for p in self.points]
         marked += [(f"{e.kind} {e.parameter}".strip(), e.arclength, e.solution) for e in self.events]
@@ -156,4 +155,4 @@ class Locus:
             parameters = dict(zip(solution.parameter_names, solution.parameters.tolist(), strict=True))
             row = {"event": event, "arclength": arclength} | parameters | dict(solution.observables)
             rows.append(row | {"error": solution.error})
-        return pd.DataFrame(rows)
+        return Table(rows)

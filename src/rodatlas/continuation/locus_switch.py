@@ -7,6 +7,7 @@ from dataclasses import replace
 import numpy as np
 
 from rodatlas.continuation.augmented import kernel_directions
+from rodatlas.continuation.checks import check_type
 from rodatlas.continuation.collocation import Collocation
 from rodatlas.continuation.linear import Columns
 from rodatlas.continuation.locus import follow_locus
@@ -36,6 +37,9 @@ def fold_locus_at(bvp: BVP, locus: Locus, event: LocusEvent, options: TraceOptio
     ValueError
         when the event is of another kind.
     """
+    check_type("bvp", bvp, BVP, "a BVP")
+    check_type("locus", locus, Locus, "a Locus")
+    check_type("event", event, LocusEvent, "one of the events of the locus")
     if event.kind != "criticality" or locus.kind != "branch point":
         raise ValueError(f"event: expected a criticality on a locus of branch points, got a {event.kind}")
     options = replace(options or TraceOptions(), within=())

@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from numbers import Real
 
 import numpy as np
 
+from rodatlas.continuation.checks import check_each, check_fields
 from rodatlas.continuation.collocation import Collocation, add
 from rodatlas.continuation.linear import Columns, Factorization
 
@@ -32,6 +34,8 @@ class MeshControl:
     every: int = 3
 
     def __post_init__(self) -> None:
+        check_fields(self, "tolerance", "points", "every")
+        check_each("intervals", self.intervals, Real, "(fewest, most)")
         if not 0 < self.tolerance < 1:
             raise ValueError(f"tolerance: expected a number between 0 and 1, got {self.tolerance}")
         if not 1 <= self.points <= 9:

@@ -8,6 +8,7 @@ from enum import Enum
 
 import numpy as np
 
+from rodatlas.continuation.checks import check_fields
 from rodatlas.continuation.collocation import Collocation, Linearization, Row, add
 from rodatlas.continuation.linear import Blocks, Columns, Factorization
 
@@ -34,6 +35,7 @@ class NewtonOptions:
     max_growth: float = 2.0
 
     def __post_init__(self) -> None:
+        check_fields(self, "tolerance", "max_iterations", "max_growth")
         if not (self.tolerance > 0 and self.max_iterations >= 1 and self.max_growth > 0):
             raise ValueError(
                 "newton: expected tolerance > 0, max_iterations >= 1 and max_growth > 0, got "

@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import asdict, dataclass, field, replace
+from dataclasses import asdict, dataclass, field, fields, replace
 from numbers import Real
 from typing import TYPE_CHECKING, Any
 
+from rodatlas.continuation.checks import check_each, check_fields, check_type
 from rodatlas.continuation.mesh import MeshControl
 from rodatlas.continuation.newton import NewtonOptions
 from rodatlas.continuation.problem import BVP
@@ -36,6 +37,7 @@ class StepControl:
     growth: float = 1.6
 
     def __post_init__(self) -> None:
+        check_fields(self, *(f.name for f in fields(self)))
         if not 0 < self.minimum <= self.initial <= self.maximum:
             raise ValueError(
                 f"step: expected 0 < minimum <= initial <= maximum, got {self.minimum}, {self.initial}, {self.maximum}"
@@ -91,6 +93,13 @@ class TraceOptions:
     within: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
+        for name, part in (("step", StepControl), ("mesh", MeshControl), ("newton", NewtonOptions)):
+            check_type(name, getattr(self, name), part, f"{part.__name__}(..)")
+        check_type("bounds", self.bounds, Mapping, "a mapping of names to (low, high)")
+        check_type("zeros", self.zeros, Mapping, "a mapping of names to values")
+        check_each("locate", self.locate, str, f"some of {KINDS}")
+        check_each("within", self.within, str, "a tuple of names of symmetries")
+        check_fields(self, "max_points")
         for kind in self.locate:
             if kind not in KINDS:
                 raise ValueError(f"locate: expected some of {KINDS}, got '{kind}'")

@@ -47,6 +47,14 @@ class Observable:
     kind: str
     function: Callable[..., Any]
 
+    def __post_init__(self) -> None:
+        _check_function("function", self.function)
+
+
+def _check_function(field: str, value: object) -> None:
+    if not callable(value):
+        raise ValueError(f"{field}: expected a function, got {value!r}")
+
 
 def integral_of(function: Callable[[Any, Any, Any], Any]) -> Observable:
     r"""Observable :math:`\int_0^1 g(s, u, p)\,ds`."""
@@ -316,8 +324,7 @@ def _check_names(
 
 def _check_functions(rhs: Any, boundary: Any, integrals: Sequence[Any], observables: Mapping[str, Any]) -> None:
     for field, function in (("rhs", rhs), ("boundary", boundary), *(("integrals", g) for g in integrals)):
-        if not callable(function):
-            raise ValueError(f"{field}: expected a function, got {function!r}")
+        _check_function(field, function)
     for name, observable in observables.items():
         if not isinstance(observable, Observable):
             raise ValueError(

@@ -15,11 +15,10 @@ from rodatlas.continuation.solution import Solution
 from rodatlas.continuation.verification import Discrepancy, Verification
 
 if TYPE_CHECKING:
-    import pandas as pd
-
     from rodatlas.continuation.collocation import Scale
     from rodatlas.continuation.linear import Columns
     from rodatlas.continuation.newton import NewtonCode
+    from rodatlas.continuation.table import Table
 
 
 class EndReason(Enum):
@@ -265,9 +264,9 @@ class Branch:
     def of_kind(self, kind: str) -> tuple[SpecialPoint, ...]:
         return tuple(x for x in self.special if x.kind == kind)
 
-    def to_frame(self) -> pd.DataFrame:
+    def to_frame(self) -> Table:
         """One row per point and special point: label, arclength, parameters, observables, error, index."""
-        import pandas as pd
+        from rodatlas.continuation.table import Table
 
         rows: list[dict[str, Any]] = []
         marked = [("", p.arclength, p.solution, p.index) for p in self.points]
@@ -277,4 +276,4 @@ class Branch:
             row |= dict(zip(sol.parameter_names, sol.parameters.tolist(), strict=True))
             row |= dict(sol.observables)
             rows.append(row | {"error": sol.error, "intervals": sol.intervals, "index": index})
-        return pd.DataFrame(rows)
+        return Table(rows)

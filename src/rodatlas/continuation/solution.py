@@ -15,6 +15,8 @@ from rodatlas.continuation.gauss import gauss_scheme
 if TYPE_CHECKING:
     import pandas as pd
 
+    from rodatlas.continuation.table import Table
+
 ROUND_OFF = 1e-9  # a place this far outside the interval is meant to be its end
 
 
@@ -112,11 +114,11 @@ class Solution:
 
         return load_solution(path)
 
-    def to_frame(self) -> pd.DataFrame:
+    def to_frame(self) -> Table:
         """Mesh points and unknowns as a table."""
-        import pandas as pd
+        from rodatlas.continuation.table import Table
 
-        return pd.DataFrame(np.column_stack([self.mesh, self.values]), columns=["s", *self.unknowns])
+        return Table(np.column_stack([self.mesh, self.values]), columns=["s", *self.unknowns])
 
     @classmethod
     def from_function(

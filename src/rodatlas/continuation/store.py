@@ -15,17 +15,19 @@ Meshes differ in size from point to point, so they lie end to end and `offsets` 
 
 from __future__ import annotations
 
+import errno
 import json
 import os
 import uuid
-from collections.abc import Iterable, Iterator, Sequence
-from contextlib import contextmanager
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from contextlib import ExitStack, contextmanager
 from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from rodatlas.continuation.checks import as_path
 from rodatlas.continuation.collocation import Scale
 from rodatlas.continuation.linear import Columns
 from rodatlas.continuation.newton import NewtonCode
@@ -45,6 +47,8 @@ if TYPE_CHECKING:
     import h5py
 
 VERSION = 1
+# What reading raises where something is missing, cut off, of another shape or type, or no JSON
+DAMAGE = (OSError, LookupError, TypeError, ValueError, AttributeError, ArithmeticError, RuntimeError)
 NO_INDEX = np.iinfo(np.int64).min
 
 
@@ -64,7 +68,9 @@ def atomic_hdf5(path: str | os.PathLike[str], schema: str, version: int = VERSIO
     """
     import h5py
 
-    path = Path(path)
+    path = as_path("path", path)
+    if not path.name:
+        raise ValueError(f"path: expected a file name, got '{path}'")
     if not path.parent.is_dir():
         raise ValueError(f"{path}: expected a file in an existing folder, got the missing folder {path.parent}")
     partial = path.with_name(f".{path.name}.{uuid.uuid4().hex[:12]}.partial")
@@ -99,25 +105,38 @@ def checked_hdf5(path: str | os.PathLike[str], schema: str, version: int = VERSI
     """
     import h5py
 
-    if not Path(path).exists():
-        raise FileNotFoundError(f"{path}: no such file")
+    if not as_path("path", path).exists():
+        raise FileNotFoundError(errno.ENOENT, os.strerror(errno.ENOENT), str(path))
     expected = f"{path}: expected a '{schema}' file of version {version} or older, got"
-    try:
-        with h5py.File(path, "r") as file:
+    with ExitStack() as stack:
+        try:
+            file = stack.enter_context(h5py.File(path, "r"))
             found, number = _text(file.attrs.get("schema", "")), file.attrs.get("version", None)
-            if found != schema:
-                raise ValueError(f"{expected} {f'schema {found!r}' if found else 'an HDF5 file without a schema'}")
-            if not isinstance(number, (int, np.integer)) or number > version:
-                raise ValueError(f"{expected} version {number}: update rodatlas to read it")
+        except DAMAGE as error:
+            raise _damaged(expected, error) from error
+        if found != schema:
+            raise ValueError(f"{expected} {f'schema {found!r}' if found else 'an HDF5 file without a schema'}")
+        if not isinstance(number, (int, np.integer)) or number > version:
+            raise ValueError(f"{expected} version {number}: update rodatlas to read it")
+        try:
             yield file
-    except (OSError, KeyError, IndexError, TypeError, RuntimeError) as error:
-        detail = str(error).strip("'\"") or type(error).__name__
-        raise ValueError(f"{expected} a damaged file ({detail})") from error
+        except DAMAGE as error:
+            raise _damaged(expected, error) from error
 
 
-def save_solution(path: str | os.PathLike[str], solution: Solution) -> None:
-    """Write one solution to a file of its own."""
+def _damaged(expected: str, error: Exception) -> ValueError:
+    """What is told of a file whose content makes no sense."""
+    detail = " ".join(str(error).strip("'\"").split()) or type(error).__name__
+    return ValueError(f"{expected} a damaged file ({detail})")
+
+
+def save_solution(
+    path: str | os.PathLike[str], solution: Solution, identity: Mapping[str, object] | None = None
+) -> None:
+    """Write one solution to a file of its own, with what it was computed for if that is given."""
     with atomic_hdf5(path, "rodatlas/solution") as file:
+        if identity is not None:
+            file.attrs["identity"] = json.dumps(dict(identity))
         write_solutions(file, [solution])
 
 
@@ -173,6 +192,11 @@ def read_solutions(group: h5py.Group) -> list[Solution]:
     stages = get_array(group, "stages", (total, None, n))
     numbers = get_array(group, "parameters", (count, len(parameters)))
     error, seen = get_array(group, "error", (count,)), get_array(group, "observables", (count, len(names)))
+    for name, array in (("mesh", mesh), ("values", values), ("stages", stages), ("parameters", numbers)):
+        if not np.isfinite(array).all():
+            raise ValueError(f"{group.name}/{name} holds what is no finite number")
+    if np.any(np.diff(offsets) < 1):
+        raise ValueError(f"{group.name}/offsets do not increase")
     found = []
     for i, (a, b) in enumerate(zip(offsets[:-1].tolist(), offsets[1:].tolist(), strict=True)):
         at = slice(a + i, b + i + 1)

@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from rodatlas.continuation.augmented import kernel_directions
+from rodatlas.continuation.checks import check_type
 from rodatlas.continuation.collocation import Collocation, Scale, add, free_indices, scaled
 from rodatlas.continuation.frame import Frame, with_tests
 from rodatlas.continuation.linear import Columns
@@ -48,6 +49,7 @@ def switch(
     --------
     switch_all : every other branch, to both sides.
     """
+    check_type("bvp", bvp, BVP, "a BVP")
     _check(bvp, at, side, ray)
     options = options or TraceOptions()
     options.check_names(bvp, free)
@@ -68,6 +70,7 @@ def switch_all(
     --------
     switch : one of them, with the same parameters and exceptions.
     """
+    check_type("bvp", bvp, BVP, "a BVP")
     _check(bvp, at, 1, None)
     options = options or TraceOptions()
     options.check_names(bvp, free)

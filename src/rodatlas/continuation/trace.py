@@ -7,6 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from rodatlas.continuation.checks import check_each, check_type
 from rodatlas.continuation.collocation import Scale
 from rodatlas.continuation.frame import Frame
 from rodatlas.continuation.halves import Guard, Half, joined
@@ -39,6 +40,8 @@ def solve(
     ValueError
         when the guess belongs to another problem or holds NaN.
     """
+    check_type("bvp", bvp, BVP, "a BVP")
+    check_type("guess", guess, Solution, "a Solution")
     options = options or TraceOptions()
     if not bvp.parameters:
         return _solved_without_parameters(bvp, guess, options)
@@ -102,6 +105,10 @@ def trace(
     ... except KeyboardInterrupt as stopped:
     ...     branch = stopped.branch
     """
+    check_type("bvp", bvp, BVP, "a BVP")
+    check_type("start", start, Solution, "a Solution")
+    check_each("free", free, str, "names of parameters such as ('lam',)")
+    check_type("options", options, (TraceOptions, type(None)), "TraceOptions")
     options = options or TraceOptions()
     options.check_names(bvp, free)
     frame = first_state(bvp, start, free, options, scale)
@@ -143,6 +150,8 @@ def follow(
     BaseException
         what interrupted the run, with the part computed so far in its attribute `branch`, see :func:`trace`.
     """
+    check_type("frame", frame, Frame, "a frame: see `trace` for runs from a Solution")
+    check_type("options", options, TraceOptions, "TraceOptions")
     guard = Guard()
     watched = guard.options(options)
     forward, backward = Half(Walker(frame, watched, arclength)), None

@@ -4,12 +4,12 @@
 be used is renamed. `names`: exact, readable names, and digests.
 """
 
-from rodatlas.files.aside import set_aside
+from rodatlas.files.aside import keep_other_json, set_aside
 from rodatlas.files.atomic import remove_partials, replace_file, write_text
 from rodatlas.files.claim import Held, alone_in, claimed, try_claim
 from rodatlas.files.names import digest, exact
 
 __all__ = [
-    "Held", "alone_in", "claimed", "digest", "exact", "remove_partials", "replace_file", "set_aside", "try_claim",
-    "write_text",
+    "Held", "alone_in", "claimed", "digest", "exact", "keep_other_json", "remove_partials", "replace_file", "set_aside",
+    "try_claim", "write_text",
 ]  # fmt: skip

@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+import json
 import os
+from collections.abc import Callable
 from itertools import count
 from pathlib import Path
+from typing import Any
 
 
 def set_aside(path: Path, reason: str = "damaged") -> Path:
@@ -20,3 +23,24 @@ def set_aside(path: Path, reason: str = "damaged") -> Path:
             os.replace(path, aside)
             return aside
     raise AssertionError("unreachable")
+
+
+def keep_other_json(path: Path, is_ours: Callable[[Any], bool]) -> Path | None:
+    """Make way for a JSON file: what else has its name is renamed, as by :func:`set_aside`.
+
+    Parameters
+    ----------
+    is_ours : whether the value in a file may be replaced.
+
+    Returns
+    -------
+    the new path of what was renamed, if anything was.
+    """
+    if not path.is_file():
+        return None
+    try:
+        if is_ours(json.loads(path.read_text(encoding="utf-8"))):
+            return None
+    except (ValueError, LookupError, TypeError, AttributeError, RecursionError):
+        pass  # no JSON, or of another form
+    return set_aside(path, "other")

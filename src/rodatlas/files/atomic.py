@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 import os
+import re
 import shutil
 import time
 import uuid
+from collections.abc import Callable
 from pathlib import Path
 
 PARTIAL = ".partial"  # end of the names of hidden files and folders that are being written or removed
+MADE = re.compile(rf"\.(?P<of>.+)\.[0-9a-z_]{{8,12}}{re.escape(PARTIAL)}", re.DOTALL)  # as here, or by `tempfile`
 STALE = 3600.0  # seconds without a change after which one of unknown origin was left by a kill: writing takes seconds
 
 
@@ -49,16 +52,24 @@ def remove_folder(folder: Path) -> None:
     shutil.rmtree(gone, ignore_errors=True)
 
 
-def remove_partials(folder: Path, older_than: float = STALE, name: str = "*") -> None:
+def anything(name: str) -> bool:
+    """True of every name."""
+    return True
+
+
+def remove_partials(folder: Path, older_than: float = STALE, of: Callable[[str], bool] = anything) -> None:
     """Remove what a kill has left of files that were being written, and of folders that were being removed.
 
     Parameters
     ----------
     older_than : seconds without a change; zero only where nobody else can be writing.
-    name : of the files, all when left out.
+    of : whether it is meant, by the name of what was to be written or removed.
     """
     limit = time.time() - older_than
-    for path in folder.glob(f".{name}.*{PARTIAL}"):
+    for path in folder.glob(f".*{PARTIAL}"):
+        made = MADE.fullmatch(path.name)
+        if made is None or not of(made["of"]):
+            continue
         try:
             if path.stat().st_mtime > limit:
                 continue

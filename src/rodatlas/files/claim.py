@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import os
 import threading
+import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import IO
 
+PATIENCE = 1.0  # seconds for one that holds a folder for a moment, to write its catalogue
 LOCK = ".lock"  # end of the hidden names of the files that are locked
 
 
@@ -96,11 +98,24 @@ def alone_in(folder: Path, name: str = ".study.lock") -> Iterator[None]:
         when another process holds it.
     """
     with open(folder / name, "a+b") as file:
-        try:
-            _lock(file.fileno(), wait=False)
-        except OSError:
-            raise Held(f"out: expected a folder that no other study is running in, got {folder}") from None
+        _lock_soon(file.fileno(), folder)
         yield
+
+
+def _lock_soon(descriptor: int, folder: Path) -> None:
+    """Lock within a moment; nothing where the file system has no locks. Held when another process keeps the folder."""
+    end = time.monotonic() + PATIENCE
+    while True:
+        try:
+            _lock(descriptor, wait=False)
+        except BlockingIOError:
+            if time.monotonic() > end:
+                raise Held(f"out: expected a folder that no other study is running in, got {folder}") from None
+            time.sleep(0.02)
+            continue
+        except OSError:
+            pass
+        return
 
 
 def _tell(path: Path, say: Callable[[str], None] | None) -> None:

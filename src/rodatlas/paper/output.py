@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from rodatlas import __version__
-from rodatlas.files import set_aside, write_text
+from rodatlas.files import keep_other_json, set_aside, write_text
 from rodatlas.paper import ENTRIES, NOT_DRAWN, PAPER, Entry
 from rodatlas.paper.drawn import Drawn
 from rodatlas.paper.sources import Sources
@@ -44,7 +44,9 @@ def draw_to(entry: Entry, sources: Sources, folder: Path) -> dict[str, Any]:
     stem = folder / f"fig-{entry.name}"
     save_figure(drawn.figure, stem)
     record = _record(entry, drawn)
-    write_text(Path(f"{stem}.json"), json.dumps(record, indent=1, ensure_ascii=False) + "\n")
+    data = Path(f"{stem}.json")
+    keep_other_json(data, lambda known: known["name"] == entry.name and "of_paper" in known)
+    write_text(data, json.dumps(record, indent=1, ensure_ascii=False) + "\n")
     return record
 
 
@@ -87,6 +89,7 @@ def write_tables(folder: Path, say: Callable[[str], None] = lambda line: None) -
     page, data = folder / "paper.md", folder / "paper.json"
     images = {r["name"]: f"fig-{r['name']}.png" for r in records}
     write_text(page, page_of(records, images))
+    keep_other_json(data, lambda known: known["schema"] == SCHEMA)
     write_text(data, json.dumps(to_json(records), indent=1, ensure_ascii=False) + "\n")
     return page, data
 

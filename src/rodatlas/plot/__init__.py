@@ -1,18 +1,25 @@
-"""Figures of slices, loci and bands, and the surfaces behind them. Plotting only reads results.
+"""Figures of slices, loci, phase diagrams and bands, and the surfaces behind them. Plotting only reads results.
+
+One rule for all: what is drawn comes first, `ax` last. A function with `ax` draws on those axes, or on a figure of its
+own when they are left out, and returns the axes. A function without `ax` makes a page of several panels and returns the
+figure. :func:`save_figure` takes either. Parts of figures, in the modules, have the same order but need axes.
+
+Above a figure stands its setting; axes have their units; folds are open disks, branch points filled ones, stable
+stretches solid, unstable ones dashed.
 
 matplotlib is imported when the first figure is drawn, not with this package.
 """
 
 from rodatlas.plot.diagram import draw_slice, draw_slice_figure
 from rodatlas.plot.loci import draw_loci, draw_loci_figure
-from rodatlas.plot.phase import draw_phase, draw_phase_figure, draw_phase_states
+from rodatlas.plot.phase import draw_phase, draw_phase_figure, draw_phase_states, draw_region
 from rodatlas.plot.profiles import draw_profiles
-from rodatlas.plot.render import View, render_band
+from rodatlas.plot.render import View, draw_triad, render_band
 from rodatlas.plot.style import color_of, label_of, save_figure
 from rodatlas.plot.surface import BandSurface, band_surface
 
 __all__ = [
     "BandSurface", "View", "band_surface", "color_of", "draw_loci", "draw_loci_figure", "draw_phase",
-    "draw_phase_figure", "draw_phase_states", "draw_profiles", "draw_slice", "draw_slice_figure", "label_of",
-    "render_band", "save_figure",
+    "draw_phase_figure", "draw_phase_states", "draw_profiles", "draw_region", "draw_slice", "draw_slice_figure",
+    "draw_triad", "label_of", "render_band", "save_figure",
 ]  # fmt: skip

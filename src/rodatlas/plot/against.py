@@ -7,8 +7,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from rodatlas.plot.heading import SHEAR_LABEL
 from rodatlas.plot.loci import LINES
-from rodatlas.plot.panel import NOTE_SIZE, SHEAR_LABEL
+from rodatlas.plot.panel import NOTE_SIZE
 from rodatlas.plot.style import FAINT, ONE_COLUMN, TWO_COLUMN, new_figure, styled
 
 if TYPE_CHECKING:

@@ -19,6 +19,7 @@ if TYPE_CHECKING:
 
 MOST = 5  # drawings in a strip
 COLUMNS = 4.3  # the strip is at least this many drawings wide, so that four have some play
+NEAR = 9.0  # points between a place and another curve within which it is not plain whose place it is
 TRIAD = 36.0  # width of the corner that is left for the directions of x, y and z, in points
 
 
@@ -103,8 +104,8 @@ class Layout:
 
     def ambiguity(self, name: str, place: np.ndarray) -> float:
         """Price of a place on a curve where another curve is near."""
-        near = np.hypot(*(self._one - place).T) < 7.0
-        return float((self._weight * (near & (self._names != name))).sum())
+        near = np.maximum(1.0 - np.hypot(*(self._one - place).T) / NEAR, 0.0)
+        return float((self._weight * near * (self._names != name)).sum())
 
     def price(self, slot: Slot, place: np.ndarray) -> float:
         key = (slot, float(place[0]), float(place[1]))

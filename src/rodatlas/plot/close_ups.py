@@ -6,7 +6,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from rodatlas.plot.panel import HEIGHT_LABEL, SHEAR_LABEL, draw_legend, draw_window, label_events, label_states
+from rodatlas.plot.heading import HEIGHT_LABEL, SHEAR_LABEL, equation, setting_text
+from rodatlas.plot.panel import draw_legend, draw_window, label_events, label_states
 from rodatlas.plot.protocols import SliceLike
 from rodatlas.plot.style import TWO_COLUMN, new_figure, styled
 
@@ -31,7 +32,7 @@ def draw_close_ups(panels: Sequence[Panel]) -> Figure:
 
     Parameters
     ----------
-    panels : at least one, in order.
+    panels : at least one, in order, all at one compression and Poisson's ratio.
 
     Returns
     -------
@@ -44,20 +45,26 @@ def draw_close_ups(panels: Sequence[Panel]) -> Figure:
     width = (TWO_COLUMN - LEFT - RIGHT - ACROSS) / 2
     with styled():
         fig = new_figure(TWO_COLUMN, inches)
+        touching = False
         for k, panel in enumerate(panels):
             row, column = divmod(k, 2)
             left, low = LEFT + column * (width + ACROSS), BOTTOM + (rows - 1 - row) * (ROW + BETWEEN)
             ax = fig.add_axes((left / TWO_COLUMN, low / inches, width / TWO_COLUMN, ROW / inches))
-            drawn = draw_window(panel.slice, ax, panel.shears, panel.heights)
+            drawn = draw_window(panel.slice, panel.shears, panel.heights, ax)
+            touching |= drawn.touching
             angle = panel.slice.settings.angle_deg
-            ax.set_title(rf"({'abcdefghij'[k]})  $\psi_0={angle:.6g}^\circ$", loc="left", pad=4.0)
+            ax.set_title(f"({'abcdefghij'[k]})  {equation('psi0', angle)}", loc="left", pad=4.0)
             ax.locator_params(nbins=5)
+            ax.locator_params(axis="x", prune="upper")  # a number at the corner would meet the next panel
             label_events(drawn, ax)
             label_states(drawn, ax)
             if row == rows - 1 or k == len(panels) - 2:
                 ax.set_xlabel(SHEAR_LABEL)
         fig.text(0.13 / TWO_COLUMN, (BOTTOM + (inches - BOTTOM - TOP) / 2) / inches, HEIGHT_LABEL, rotation=90,
                  ha="center", va="center", fontsize=9.0)  # fmt: skip
-        draw_legend(fig, (1 - RIGHT / TWO_COLUMN, 1 - 0.02 / inches))
+        fixed = panels[0].slice.settings
+        setting = setting_text(dL=fixed.compression, nu=fixed.poisson)
+        fig.text(LEFT / TWO_COLUMN, 1 - 0.05 / inches, setting, ha="left", va="top", fontsize=9.0)
+        draw_legend((1 - RIGHT / TWO_COLUMN, 1 - 0.02 / inches), on=fig, touching=touching)
         fig.draw_without_rendering()
     return fig

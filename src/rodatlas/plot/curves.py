@@ -20,6 +20,7 @@ if TYPE_CHECKING:
     from rodatlas.continuation import Solution
 
 _Place = tuple[float, float]
+_Piece = tuple[np.ndarray, bool, StateLike | None]
 SAMPLES = 12  # drawn points for each interval between knots
 MERGE = 1e-9  # knots closer than this in arclength are one
 SAME_POINT = 1e-6  # special points closer than this in the diagram are one
@@ -34,15 +35,17 @@ class Stretch:
     xy : (n, 2) shear and height, in order along the branch.
     stable : whether its index is zero. name : of the stable state it belongs to, if any.
     branch : id of its branch.
+    touching : whether the band of this state touches itself all along.
     """
 
     xy: np.ndarray
     stable: bool
     name: str | None
     branch: str
+    touching: bool = False
 
     def __repr__(self) -> str:
-        kind = "stable" if self.stable else "unstable"
+        kind = ("stable" if self.stable else "unstable") + (", touching itself" if self.touching else "")
         return f"Stretch({kind} {self.name or ''} of {self.branch}, {len(self.xy)} points)"
 
 
@@ -64,25 +67,25 @@ def slice_stretches(slice_: SliceLike) -> list[Stretch]:
 
 
 def branch_stretches(b: SliceBranchLike, states: Sequence[StateLike]) -> list[Stretch]:
-    """The curve of one branch, cut at special points where stability changes and where the name of the state does."""
+    """The curve of one branch, cut where stability or the name of the state changes, or a band touches itself."""
     knots = _knots(b)
     if len(knots) < 2:
         return []
     xy = _interpolate(b, knots)
-    names = _names_of_steps(b.id, states)
-    pieces: list[tuple[np.ndarray, bool, str | None]] = []
+    named = _states_of_steps(b.id, states)
+    pieces: list[_Piece] = []
     for k, (one, two) in enumerate(pairwise(knots)):
-        name = names.get((one.place, two.place))
+        state = named.get((one.place, two.place))
         step = xy[k * SAMPLES : (k + 1) * SAMPLES + 1]
         first, last = _index_after(one, two), _index_before(one, two)
-        cuts = _cuts_between(one.place, two.place, names) if name is None else []
+        cuts = _cuts_between(one.place, two.place, named) if state is None else []
         if cuts:
-            pieces += _pieces(step, [one.place, *cuts, two.place], names)
-        elif name is None and (first == 0) != (last == 0):  # the index changes with no event: cut half-way
+            pieces += _pieces(step, [one.place, *cuts, two.place], named)
+        elif state is None and (first == 0) != (last == 0):  # the index changes with no event: cut half-way
             middle = SAMPLES // 2
             pieces += [(step[: middle + 1], first == 0, None), (step[middle:], last == 0, None)]
         else:
-            pieces.append((step, first == 0, name))
+            pieces.append((step, first == 0, state))
     return _joined(pieces, b.id)
 
 
@@ -177,45 +180,63 @@ def _continuations(
     return start, end
 
 
-def _names_of_steps(ident: str, states: Sequence[StateLike]) -> dict[tuple[_Place, _Place], str]:
-    """Name of the state on the step from one place of the branch to the next, in both directions."""
-    names: dict[tuple[_Place, _Place], str] = {}
+def _states_of_steps(ident: str, states: Sequence[StateLike]) -> dict[tuple[_Place, _Place], StateLike]:
+    """The state on the step from one place of the branch to the next, in both directions."""
+    named: dict[tuple[_Place, _Place], StateLike] = {}
     for state in states:
         if state.branch != ident:
             continue
         keys = [(s["dD"], s["height"]) for s in state.solutions]
         for one, two in pairwise(keys):
-            names[one, two] = names[two, one] = state.name
-    return names
+            named[one, two] = named[two, one] = state
+    return named
 
 
-def _cuts_between(one: _Place, two: _Place, names: dict[tuple[_Place, _Place], str]) -> list[_Place]:
+def _cuts_between(one: _Place, two: _Place, named: dict[tuple[_Place, _Place], StateLike]) -> list[_Place]:
     """Places at which a state becomes the next one between two neighboring knots, in order."""
     shears = sorted((one[0], two[0]))
-    inside = sorted({a for a, _ in names if shears[0] < a[0] < shears[1]}, reverse=one[0] > two[0])
+    inside = sorted({a for a, _ in named if shears[0] < a[0] < shears[1]}, reverse=one[0] > two[0])
     route = [one, *inside, two]
-    return inside if all(pair in names for pair in pairwise(route)) else []
+    return inside if all(pair in named for pair in pairwise(route)) else []
 
 
-def _pieces(
-    step: np.ndarray, route: list[_Place], names: dict[tuple[_Place, _Place], str]
-) -> list[tuple[np.ndarray, bool, str | None]]:
-    """The samples of one step cut at the places of the route, each piece with its name."""
+def _pieces(step: np.ndarray, route: list[_Place], named: dict[tuple[_Place, _Place], StateLike]) -> list[_Piece]:
+    """The samples of one step cut at the places of the route, each piece with its state."""
     sign = np.sign(route[-1][0] - route[0][0])
     along = sign * step[:, 0]
-    pieces: list[tuple[np.ndarray, bool, str | None]] = []
+    pieces: list[_Piece] = []
     for one, two in pairwise(route):
         between = step[(along > sign * one[0]) & (along < sign * two[0])]
-        pieces.append((np.vstack([one, between, two]), True, names[one, two]))
+        pieces.append((np.vstack([one, between, two]), True, named[one, two]))
     return pieces
 
 
-def _joined(pieces: list[tuple[np.ndarray, bool, str | None]], ident: str) -> list[Stretch]:
-    """Neighboring pieces of one kind put together."""
+def _joined(pieces: list[_Piece], ident: str) -> list[Stretch]:
+    """Neighboring pieces of one kind put together, those of touching bands apart from the others."""
     out: list[Stretch] = []
-    for xy, stable, name in pieces:
-        if out and (out[-1].stable, out[-1].name) == (stable, name):
-            out[-1] = Stretch(np.concatenate([out[-1].xy, xy[1:]]), stable, name, ident)
-        else:
-            out.append(Stretch(xy, stable, name, ident))
+    for whole, stable, state in pieces:
+        name = state.name if state is not None else None
+        for xy, touching in _cut_at_contact(whole, state.contact if state is not None else ()):
+            if out and (out[-1].stable, out[-1].name, out[-1].touching) == (stable, name, touching):
+                out[-1] = Stretch(np.concatenate([out[-1].xy, xy[1:]]), stable, name, ident, touching)
+            else:
+                out.append(Stretch(xy, stable, name, ident, touching))
     return out
+
+
+def _cut_at_contact(xy: np.ndarray, ranges: Sequence[tuple[float, float]]) -> list[tuple[np.ndarray, bool]]:
+    """A piece cut where the shear passes the ends of ranges, and whether it lies in one of them in each part."""
+    if not ranges:
+        return [(xy, False)]
+    number = np.arange(len(xy))
+    cuts = [0.0, len(xy) - 1.0]
+    for edge in (end for span in ranges for end in span):
+        off = xy[:, 0] - edge
+        at = np.flatnonzero(off[:-1] * off[1:] < 0.0)
+        cuts += (at + off[at] / (off[at] - off[at + 1])).tolist()
+    parts = []
+    for one, two in pairwise(np.unique(cuts)):
+        ends = [[np.interp(at, number, column) for column in xy.T] for at in (one, 0.5 * (one + two), two)]
+        inside = any(low <= ends[1][0] <= high for low, high in ranges)
+        parts.append((np.vstack([ends[0], xy[(number > one) & (number < two)], ends[2]]), inside))
+    return parts

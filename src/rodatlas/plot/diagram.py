@@ -4,16 +4,20 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from fractions import Fraction
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
 
+from rodatlas.continuation.checks import check_has
 from rodatlas.plot.arrangement import MOST, TRIAD, Layout, Shown, Slot, arrange
+from rodatlas.plot.inset import draw_insets
 from rodatlas.plot.panel import NAME_SIZE, NOTE_SIZE, Drawn, draw_curves, draw_heading, label_events, label_states
-from rodatlas.plot.placement import to_points
+from rodatlas.plot.placement import dense, to_points
 from rodatlas.plot.protocols import SliceLike, StateLike
 from rodatlas.plot.render import DISPLAY_WIDTH, draw_triad, render_band
-from rodatlas.plot.style import ONE_COLUMN, TWO_COLUMN, color_of, label_of, new_figure, styled
+from rodatlas.plot.style import ONE_COLUMN, TWO_COLUMN, check_axes, color_of, label_of, new_figure, styled
+from rodatlas.rods.band import NARROW
+from rodatlas.rods.contact import self_contact
 from rodatlas.rods.symmetry import plus_member
 
 if TYPE_CHECKING:
@@ -29,9 +33,9 @@ CAPTION = 13.0  # height of the line under or over a drawing, in points
 def draw_slice(slice_: SliceLike, ax: Axes | None = None) -> Axes:
     """Draw the bifurcation diagram of a slice.
 
-    Stable stretches are solid, in the color of their state; unstable ones thin and dashed. Folds are open disks,
-    pitchforks and other branch points filled ones, with the numbers of the literature where they have one. The two
-    members of a pair have the same height: one curve stands for both.
+    Stable stretches are solid, in the color of their state, and dotted where the band touches itself; unstable ones
+    are thin and dashed. Folds are open disks, pitchforks and other branch points filled ones, with the numbers of the
+    literature where they have one. The two members of a pair have the same height: one curve stands for both.
 
     Parameters
     ----------
@@ -42,13 +46,16 @@ def draw_slice(slice_: SliceLike, ax: Axes | None = None) -> Axes:
     -------
     the axes drawn on.
     """
+    check_has("slice", slice_, ("settings", "branches", "states"), "a Slice, see compute_slice and Slice.load")
+    check_axes(ax)
     with styled():
         if ax is None:
             fig = new_figure(0.5 * (ONE_COLUMN + TWO_COLUMN), 4.1)
             ax = fig.add_axes((0.115, 0.108, 0.87, 0.82))
         drawn = draw_curves(slice_, ax)
-        draw_heading(slice_.settings, ax)
+        draw_heading(slice_.settings, drawn, ax)
         label_events(drawn, ax)
+        draw_insets(drawn, ax)
         label_states(drawn, ax)
         settle = getattr(ax.figure, "draw_without_rendering", None)  # a subfigure has none
         if settle is not None:
@@ -71,6 +78,7 @@ def draw_slice_figure(slice_: SliceLike, width: float = DISPLAY_WIDTH) -> Figure
     -------
     a figure as wide as a page.
     """
+    check_has("slice", slice_, ("settings", "branches", "states"), "a Slice, see compute_slice and Slice.load")
     states = _one_of_each(slice_.states)
     strips = _strips_needed(states)
     inches = DIAGRAM + STRIP * sum(strips) + BOTTOM + TOP
@@ -78,14 +86,15 @@ def draw_slice_figure(slice_: SliceLike, width: float = DISPLAY_WIDTH) -> Figure
         fig = new_figure(TWO_COLUMN, inches)
         box = (LEFT / TWO_COLUMN, BOTTOM / inches, 1 - (LEFT + RIGHT) / TWO_COLUMN, 1 - (BOTTOM + TOP) / inches)
         ax = fig.add_axes(box)
-        drawn = _draw_diagram(slice_, ax, strips)
-        draw_heading(slice_.settings, ax)
+        drawn = _draw_diagram(slice_, strips, ax)
+        draw_heading(slice_.settings, drawn, ax)
         label_events(drawn, ax)
         shown = [_choices(ax, state) for state in states]
         layout = Layout(ax, drawn, strips, STRIP * 72.0)
         slots, chosen = arrange(layout, shown)
-        _draw_bands(fig, ax, layout, shown, slots, chosen, width)
-        _draw_notes(fig, layout, states, width)
+        _draw_bands(layout, shown, slots, chosen, width, ax)
+        draw_insets(drawn, ax, leaders=_leaders(layout, shown, slots, chosen))
+        _draw_notes(layout, states, width, fig)
         fig.draw_without_rendering()
     return fig
 
@@ -110,11 +119,11 @@ def _strips_needed(states: Sequence[StateLike]) -> tuple[bool, bool]:
     return below, bool(states)
 
 
-def _draw_diagram(slice_: SliceLike, ax: Axes, strips: tuple[bool, bool]) -> Drawn:
+def _draw_diagram(slice_: SliceLike, strips: tuple[bool, bool], ax: Axes) -> Drawn:
     """The diagram, with room for the strips."""
     total = DIAGRAM + STRIP * sum(strips)
     below, above = (STRIP * strip / total for strip in strips)
-    drawn = draw_curves(slice_, ax, (below, above))
+    drawn = draw_curves(slice_, ax, free=(below, above))
     middle = below + 0.5 * DIAGRAM / total
     ax.yaxis.set_label_coords(-0.42 / (TWO_COLUMN - LEFT - RIGHT), middle)
     return drawn
@@ -133,16 +142,16 @@ def _choices(ax: Axes, state: StateLike) -> Shown:
 
 
 def _draw_bands(
-    fig: Figure, ax: Axes, layout: Layout, shown: list[Shown], slots: list[Slot], chosen: list[int], width: float
+    layout: Layout, shown: list[Shown], slots: list[Slot], chosen: list[int], width: float, ax: Axes
 ) -> None:
     """All drawings, at one scale, with their captions and lines."""
-    drawings = []
+    fig, drawings = cast("Figure", ax.figure), []
     for one, slot, k in zip(shown, slots, chosen, strict=True):
         inset = fig.add_axes((0.0, 0.0, 0.1, 0.1), zorder=6)
         inset.patch.set_visible(False)
-        render_band(inset, plus_member(one.solutions[k]), width, color=color_of(one.name))
+        render_band(plus_member(one.solutions[k]), width, ax=inset, color=color_of(one.name))
         drawings.append((inset, np.ptp(inset.get_xlim()), np.ptp(inset.get_ylim())))
-        _caption(fig, ax, layout, one, slot, k)
+        _caption(layout, one, slot, k, ax)
     columns = {strip: sum(slot.strip == strip for slot in slots) for strip in (1, -1)}
     room = [(layout.cell_width(slot.strip, columns[slot.strip]) - 6.0, layout.height - CAPTION - 8.0) for slot in slots]
     scale = min(
@@ -158,18 +167,25 @@ def _draw_bands(
         inset.set_position((*(corner / page), *(size / page)))
 
 
-def _caption(fig: Figure, ax: Axes, layout: Layout, one: Shown, slot: Slot, k: int) -> None:
+def _leaders(layout: Layout, shown: list[Shown], slots: list[Slot], chosen: list[int]) -> np.ndarray:
+    """(n, 2) samples of the lines from the drawings to their points, in points."""
+    ends = [(layout.start(slot), one.places[k]) for one, slot, k in zip(shown, slots, chosen, strict=True)]
+    return np.concatenate([np.empty((0, 2)), *(dense(np.array(pair), 2.0) for pair in ends)])
+
+
+def _caption(layout: Layout, one: Shown, slot: Slot, k: int, ax: Axes) -> None:
     """Name and shear of a drawing, between it and the diagram, and the line to its point."""
-    color, solution = color_of(one.name), one.solutions[k]
+    fig, color, solution = cast("Figure", ax.figure), color_of(one.name), one.solutions[k]
     name = label_of(one.name[:-1] if one.name.endswith("+-") else one.name)
     start, place = layout.start(slot), one.places[k]
     page = np.array([fig.get_figwidth(), fig.get_figheight()]) * 72.0
     y = start[1] + (0.5 * CAPTION if slot.strip > 0 else -0.5 * CAPTION)
+    touching = ", touches itself" if self_contact(solution) else ""
     gap = 2.5
     common: dict[str, Any] = {"va": "center_baseline", "color": color, "zorder": 7}
     fig.text((start[0] - 12.0) / page[0], y / page[1], name, ha="right", fontsize=NAME_SIZE, **common)
     fig.text(
-        (start[0] - 12.0 + gap) / page[0], y / page[1], rf"  $\Delta D={solution['dD']:.3f}$", ha="left",
+        (start[0] - 12.0 + gap) / page[0], y / page[1], rf"  $\Delta D={solution['dD']:.3f}${touching}", ha="left",
         fontsize=NOTE_SIZE + 0.5, **common,
     )  # fmt: skip
     data = ax.transData.inverted().transform(np.array([start, place]) * fig.dpi / 72.0)
@@ -180,17 +196,19 @@ def _caption(fig: Figure, ax: Axes, layout: Layout, one: Shown, slot: Slot, k: i
     )  # fmt: skip
 
 
-def _draw_notes(fig: Figure, layout: Layout, states: Sequence[StateLike], width: float) -> None:
+def _draw_notes(layout: Layout, states: Sequence[StateLike], width: float, fig: Figure) -> None:
     """The directions of space in the corner that is free for them, and what the drawings are."""
     page = np.array([fig.get_figwidth(), fig.get_figheight()]) * 72.0
     low = layout.low if layout.triad_strip < 0 else layout.high - layout.height
     corner, size = np.array([layout.right - TRIAD + 2.0, low + 6.0]), np.array([34.0, 34.0])
     inset = fig.add_axes((*(corner / page), *(size / page)))
     inset.patch.set_visible(False)
-    draw_triad(inset)
+    draw_triad(ax=inset)
     fraction = Fraction(width).limit_denominator(200)
     share = f"L/{fraction.denominator}" if fraction.numerator == 1 else f"{width:g}\\,L"
     note = f"Bands are drawn ${share}$ wide."
+    if any(s.contact for s in states):
+        note = f"A band $L/{1 / NARROW:.0f}$ wide touches itself where its line is dotted. {note}"
     if any(s.name.endswith("+-") for s in states):
         note = "Of a pair ±, the member + is drawn; − is its reversal. " + note
     right = 1.0 - RIGHT / TWO_COLUMN

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from rodatlas.plot.heading import ARCLENGTH_LABEL, setting_of
 from rodatlas.plot.profiles import SAMPLES
 from rodatlas.plot.render import draw_triad, render_band
 from rodatlas.plot.style import FAINT, TWO_COLUMN, color_of, label_of, new_figure, styled
@@ -51,27 +52,25 @@ def draw_energies(states: Mapping[str, Solution], roles: tuple[str, str] = ("bef
             ax.set_xlim(0.0, 1.0)
             ax.set_ylim(-0.03 * highest, 1.08 * highest)
             ax.set_xticks([0.0, 0.2, 0.4, 0.6, 0.8, 1.0], ["0", "0.2", "0.4", "0.6", "0.8", "1"])
-            ax.set_xlabel("arclength $s$  (units of $L$)")
+            ax.set_xlabel(ARCLENGTH_LABEL)
             ax.text(0.5, 0.955, f"({letter}) {title}", transform=ax.transAxes, va="top", ha="center")
             if ax is not panels[0]:
                 ax.tick_params(labelleft=False)
         panels[0].set_ylabel("twice the energy density  ($GJ/L^2$)")
-        angle, compression, shear = np.degrees(first["psi0"]), first["dL"], first["dD"]
-        setting = rf"$\psi_0={angle:.6g}^\circ$,  $\Delta L={compression:.6g}\,L$,  $\Delta D={shear:.5f}\,L$"
-        fig.text(0.082, 0.955, setting, va="center", ha="left", fontsize=9.0)
+        fig.text(0.082, 0.955, setting_of(first), va="center", ha="left", fontsize=9.0)
         fig.legend(*panels[0].get_legend_handles_labels(), loc="center right", bbox_to_anchor=(0.992, 0.955), ncols=2,
                    fontsize=9.0, borderaxespad=0.0, handlelength=2.2)  # fmt: skip
-        _draw_bands(fig, states)
+        _draw_bands(states, fig)
         fig.draw_without_rendering()
     return fig
 
 
-def _draw_bands(fig: Figure, states: Mapping[str, Solution]) -> None:
+def _draw_bands(states: Mapping[str, Solution], fig: Figure) -> None:
     """Both bands at one scale, and the directions of space."""
     drawings = []
     for name, solution in states.items():
         ax = fig.add_axes((0.0, 0.0, 0.1, 0.1), label=f"band {name}")
-        render_band(ax, solution, color=color_of(name))
+        render_band(solution, ax=ax, color=color_of(name))
         drawings.append((ax, np.ptp(ax.get_xlim()), np.ptp(ax.get_ylim())))
     scale = 2.2 / max(across for _, across, _ in drawings)
     page = np.array([TWO_COLUMN, INCHES])
@@ -80,4 +79,4 @@ def _draw_bands(fig: Figure, states: Mapping[str, Solution]) -> None:
         corner = np.array([middle, 0.785]) * page - 0.5 * size
         ax.set_position((*(corner / page), *(size / page)))
     triad = fig.add_axes((0.47, 0.73, 0.075, 0.075 * TWO_COLUMN / INCHES))
-    draw_triad(triad)
+    draw_triad(ax=triad)

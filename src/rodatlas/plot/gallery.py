@@ -55,7 +55,7 @@ def draw_gallery(
         drawings = []
         for item in items:
             ax = fig.add_axes((0.0, 0.0, 0.1, 0.1), label=item.name)
-            render_band(ax, item.solution, width, view, color=color_of(item.name))
+            render_band(item.solution, width, view, ax, color=color_of(item.name))
             drawings.append((ax, np.ptp(ax.get_xlim()), np.ptp(ax.get_ylim())))
         scale = 0.94 * cell / max(across for _, across, _ in drawings)
         row_heights = [
@@ -76,7 +76,7 @@ def draw_gallery(
                 ax.set_position((*(corner / page), *(size / page)))
                 _caption(fig, item, middle / TWO_COLUMN, (low + 0.5 * CAPTION) / inches)
         triad = fig.add_axes((0.1 / TWO_COLUMN, 0.03 / inches, 0.45 / TWO_COLUMN, 0.45 / inches))
-        draw_triad(triad, view)
+        draw_triad(view, triad)
         fig.text(1.0 - 0.1 / TWO_COLUMN, 0.1 / inches, foot, ha="right", va="bottom", fontsize=NOTE_SIZE)
         fig.draw_without_rendering()
     return fig

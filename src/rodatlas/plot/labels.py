@@ -17,7 +17,7 @@ ENDS = 1 / 12  # part of a curve near its ends without numbers
 
 
 def label_lines(
-    ax: Axes, curves: Sequence[np.ndarray], texts: Sequence[str], colors: Sequence[str], size: float = 8.5,
+    curves: Sequence[np.ndarray], texts: Sequence[str], colors: Sequence[str], ax: Axes, *, size: float = 8.5,
     keep_clear: Sequence[tuple[float, float]] = (),
 ) -> None:  # fmt: skip
     """Write a number on each curve of axes whose limits and place are final; curves with '' are only kept clear.

@@ -2,16 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from typing import TYPE_CHECKING, Any
+from collections.abc import Collection, Sequence
+from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
 
-from rodatlas.plot.style import INK, TWO_COLUMN, UNNAMED, new_figure, styled
+from rodatlas.continuation.checks import check_has
+from rodatlas.plot.heading import ANGLE_LABEL, SHEAR_LABEL, setting_text
+from rodatlas.plot.labels import label_lines
+from rodatlas.plot.style import INK, TWO_COLUMN, UNNAMED, check_axes, new_figure, styled
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
+    from matplotlib.lines import Line2D
 
 # Curves of folds are solid, of pitchforks dashed; colors as far apart as those of the states.
 LINES: dict[str, dict[str, Any]] = {
@@ -26,6 +30,9 @@ EVENTS: dict[str, dict[str, Any]] = {
     "coalescence": {"marker": "s", "ms": 3.6, "mfc": INK},
     "crossing": {"marker": "X", "ms": 4.6, "mfc": INK},
 }
+MARK: dict[str, Any] = {"ls": "none", "mec": INK, "mew": 0.7}
+OTHER: dict[str, Any] = {"color": UNNAMED, "lw": 0.5, "ls": "-"}  # pieces of a shown curve that have other numbers
+INCHES, TITLE_PAD = 4.8, 5.0  # height of a figure of its own; distance of the setting from the axes in points
 NAMES = {
     "cusp": "cusp", "extremum": "extreme angle", "criticality": "super-/subcritical",
     "coalescence": "fold meets branch point", "crossing": "crossing",
@@ -33,56 +40,66 @@ NAMES = {
 
 
 def draw_loci(loci: Any, numbers: Sequence[int] = (), ax: Axes | None = None) -> Axes:
-    """Draw loci in the plane of angle and shear.
+    """Draw loci in the plane of angle and shear, with the compression and Poisson's ratio above.
 
     Parameters
     ----------
     loci : a :class:`rodatlas.atlas.Loci`.
     numbers : those to label and draw in color, all when empty; other pieces of the same curves are thin and gray.
-    ax : where to draw; a new figure by default.
+    ax : where to draw; a figure as wide as a page by default.
 
     Returns
     -------
     the axes drawn on.
     """
+    check_has("loci", loci, ("settings", "pieces"), "Loci, see compute_loci and Loci.load")
+    check_axes(ax)
     with styled():
         if ax is None:
-            fig = new_figure(TWO_COLUMN, 4.6)
-            ax = fig.add_axes((0.075, 0.1, 0.91, 0.86))
+            ax = new_figure(TWO_COLUMN, INCHES).add_axes((0.075, 0.092, 0.91, 0.82))
         shown = [p for p in loci.pieces if p.number is not None and (not numbers or p.number in numbers)]
+        places = {id(p): _plane(p.points) for p in loci.pieces}
         curves = {p.curve for p in shown}
         for piece in loci.pieces:
-            angle, shear = _plane(piece.points)
             style = dict(LINES[piece.kind])
             if piece in shown:
-                ax.plot(angle, shear, **style)
+                ax.plot(*places[id(piece)].T, **style)
             elif piece.curve in curves:
-                ax.plot(angle, shear, **(style | {"color": UNNAMED, "lw": 0.5}))
+                ax.plot(*places[id(piece)].T, **(style | OTHER))
         _draw_events(shown, ax)
-        _label(shown, ax)
-        _draw_legend(shown, ax)
-        ax.set_xlabel(r"clamp angle $\psi_0$ [deg]")
-        ax.set_ylabel(r"shear $\Delta D$")
+        draw_plane_axes(ax)
         ax.set_xlim(0.0, loci.settings.angle_max)
+        settings = loci.settings
+        ax.set_title(setting_text(dL=settings.compression, nu=settings.poisson), loc="left", pad=TITLE_PAD)
+        _draw_legend(loci, shown, ax)
+        texts, colors = [str(p.number) for p in shown], [LINES[p.kind]["color"] for p in shown]
+        label_lines([places[id(p)] for p in shown], texts, colors, ax)
     return ax
+
+
+def draw_plane_axes(ax: Axes) -> None:
+    """The names of the axes of the plane of angle and shear, with their units."""
+    ax.set_xlabel(ANGLE_LABEL)
+    ax.set_ylabel(SHEAR_LABEL)
 
 
 def draw_loci_figure(loci: Any, numbers: Sequence[int] = ()) -> Figure:
     """The same as a figure of its own."""
-    return draw_loci(loci, numbers).figure  # type: ignore[return-value]
+    check_has("loci", loci, ("settings", "pieces"), "Loci, see compute_loci and Loci.load")
+    return cast("Figure", draw_loci(loci, numbers).figure)
 
 
-def _plane(points: Sequence[Any]) -> tuple[np.ndarray, np.ndarray]:
-    """Angle in degrees and shear, smooth between the points."""
+def _plane(points: Sequence[Any]) -> np.ndarray:
+    """(n, 2) angles in degrees and shears, smooth between the points."""
     from scipy.interpolate import CubicSpline
 
     values = np.array([[np.degrees(p["psi0"]) / 100, p["dD"]] for p in points])
     values = values[np.concatenate([[True], np.linalg.norm(np.diff(values, axis=0), axis=1) > 1e-9])]
     if len(values) < 3:
-        return 100 * values[:, 0], values[:, 1]
+        return values * [100, 1]
     length = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(values, axis=0), axis=1))])
     fine = CubicSpline(length, values)(np.unique(np.concatenate([length, np.linspace(0, length[-1], 400)])))
-    return 100 * fine[:, 0], fine[:, 1]
+    return fine * [100, 1]
 
 
 def _draw_events(shown: Sequence[Any], ax: Axes) -> None:
@@ -94,37 +111,29 @@ def _draw_events(shown: Sequence[Any], ax: Axes) -> None:
             continue
         drawn.append(place)
         style = EVENTS[e.event.kind]
-        ax.plot(*place, ls="none", mec=INK, mew=0.7, zorder=4, **style)
+        ax.plot(*place, zorder=4, **MARK, **style)
 
 
-def _label(shown: Sequence[Any], ax: Axes) -> None:
-    """Numbers beside the curves, where other curves and numbers are far."""
-    clouds = [np.column_stack(_plane(p.points)) / [80.0, 1.0] for p in shown]
-    taken: list[np.ndarray] = []
-    for k in sorted(range(len(shown)), key=lambda k: len(clouds[k])):
-        others = np.vstack([c for i, c in enumerate(clouds) if i != k] + [np.full((1, 2), 9.0)])
-        inner = clouds[k][len(clouds[k]) // 12 : -max(len(clouds[k]) // 12, 1)]
-        inner = inner if len(inner) else clouds[k]
-        gap = np.min(np.linalg.norm(inner[:, None] - others[None], axis=2), axis=1)
-        if taken:
-            gap = np.minimum(gap, np.min(np.linalg.norm(inner[:, None] - np.array(taken)[None], axis=2), axis=1))
-        at = inner[int(np.argmax(np.minimum(gap, 0.08)))]
-        taken.append(at)
-        color = LINES[shown[k].kind]["color"]
-        style: dict[str, Any] = {"ha": "center", "va": "center", "fontsize": 8.5, "color": color, "zorder": 5}
-        style["bbox"] = {"boxstyle": "round,pad=0.12", "fc": "white", "ec": "none"}
-        if np.ptp(clouds[k], axis=0).max() < 0.05:  # too short to carry its number
-            style |= {"xytext": (26, 16), "textcoords": "offset points", "arrowprops": {"arrowstyle": "-", "lw": 0.5}}
-        ax.annotate(str(shown[k].number), (at[0] * 80.0, at[1]), **style)
-
-
-def _draw_legend(shown: Sequence[Any], ax: Axes) -> None:
+def _draw_legend(loci: Any, shown: Sequence[Any], ax: Axes) -> None:
+    """What lines and marks mean, above the axes on the right, in at most two rows."""
     from matplotlib.lines import Line2D
 
-    kinds = dict.fromkeys(p.kind for p in shown)
+    kinds = {p.kind for p in shown}
     events = {e.event.kind for p in shown for e in p.events if e.event.parameter != "dD"}
-    handles = [Line2D([], [], **LINES[kind], label=kind) for kind in LINES if kind in kinds]
-    marks: dict[str, Any] = {"ls": "none", "mec": INK, "mew": 0.7}
-    handles += [Line2D([], [], **marks, **EVENTS[kind], label=NAMES[kind]) for kind in EVENTS if kind in events]
+    handles = key_of(kinds, events)
+    curves = {p.curve for p in shown}
+    if any(p.curve in curves and p not in shown for p in loci.pieces):
+        handles.insert(len(kinds), Line2D([], [], **OTHER, label="rest of the curve"))
     if handles:
-        ax.legend(handles=handles, loc="upper left", ncols=2, handlelength=2.6)
+        ax.legend(
+            handles=handles, loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=min(4, len(handles)),
+            handlelength=2.4, columnspacing=1.4, borderaxespad=0.2, fontsize=7.5, labelspacing=0.35,
+        )  # fmt: skip
+
+
+def key_of(kinds: Collection[str], events: Collection[str]) -> list[Line2D]:
+    """Entries of a legend for the kinds of bifurcations and of special points that are drawn."""
+    from matplotlib.lines import Line2D
+
+    handles = [Line2D([], [], **LINES[kind], label=kind) for kind in LINES if kind in kinds]
+    return handles + [Line2D([], [], **MARK, **EVENTS[kind], label=NAMES[kind]) for kind in EVENTS if kind in events]

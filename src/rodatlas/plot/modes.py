@@ -6,10 +6,11 @@ from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
 
+from rodatlas.plot.heading import ARCLENGTH_LABEL, setting_of
 from rodatlas.plot.panel import NOTE_SIZE
 from rodatlas.plot.render import draw_triad, render_band
 from rodatlas.plot.sequence import SEQUENCE
-from rodatlas.plot.style import FAINT, TWO_COLUMN, color_of, new_figure, styled
+from rodatlas.plot.style import FAINT, TWO_COLUMN, color_of, label_of, new_figure, styled
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -68,20 +69,16 @@ def draw_mode(mode: ModeLike, amplitude: float, name: str = "W") -> Figure:
             ax.set_xlim(0.0, 1.0)
             low, high = ax.get_ylim()
             ax.set_ylim(low, high + 0.22 * (high - low))
-            ax.set_xlabel("arclength $s$  (units of $L$)")
+            ax.set_xlabel(ARCLENGTH_LABEL)
             ax.set_ylabel(title, labelpad=2.0)
             ax.text(0.018, 0.965, f"({letter})", transform=ax.transAxes, va="top", ha="left")
             ax.legend(loc="upper right", ncols=3, handlelength=2.2, columnspacing=1.0, borderaxespad=0.2)
-        setting = (
-            rf"$\psi_0={np.degrees(first['psi0']):.3f}^\circ$,  $\Delta L={first['dL']:.6g}\,L$,  "
-            rf"$\Delta D={round(abs(first['dD']), 6):g}$"
-        )
-        fig.text(0.078, 0.965, setting, va="center", ha="left", fontsize=9.0)
+        fig.text(0.078, 0.965, setting_of(first), va="center", ha="left", fontsize=9.0)
         bands = {
-            rf"moved by $-{amplitude:g}\,L$": mode.moved(-amplitude), f"{name}, planar": first,
+            rf"moved by $-{amplitude:g}\,L$": mode.moved(-amplitude), f"{label_of(name)}, in equilibrium": first,
             rf"moved by $+{amplitude:g}\,L$": mode.moved(amplitude),
         }  # fmt: skip
-        _draw_bands(fig, bands, name)
+        _draw_bands(bands, name, fig)
         fig.draw_without_rendering()
     return fig
 
@@ -92,12 +89,12 @@ def _smooth(s: np.ndarray, values: np.ndarray, even: np.ndarray) -> np.ndarray:
     return CubicSpline(s, values)(even)
 
 
-def _draw_bands(fig: Figure, bands: dict[str, Solution], name: str) -> None:
+def _draw_bands(bands: dict[str, Solution], name: str, fig: Figure) -> None:
     """The bands side by side at one scale."""
     drawings = []
     for label, state in bands.items():
         ax = fig.add_axes((0.0, 0.0, 0.1, 0.1), label=label)
-        render_band(ax, state, color=color_of(name))
+        render_band(state, ax=ax, color=color_of(name))
         drawings.append((ax, np.ptp(ax.get_xlim()), np.ptp(ax.get_ylim())))
     page = np.array([TWO_COLUMN, INCHES])
     scale = min(1.75 / max(across for _, across, _ in drawings), 1.3 / max(up for _, _, up in drawings))
@@ -107,4 +104,4 @@ def _draw_bands(fig: Figure, bands: dict[str, Solution], name: str) -> None:
         ax.set_position((*((np.array([middle, 0.775]) * page - 0.5 * size) / page), *(size / page)))
         fig.text(middle, 0.585, label, ha="center", fontsize=NOTE_SIZE + 1.0, color=color_of(name))
     triad = fig.add_axes((0.0, 0.565, 0.07, 0.07 * TWO_COLUMN / INCHES))
-    draw_triad(triad)
+    draw_triad(ax=triad)

@@ -8,6 +8,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from rodatlas.plot.curves import slice_stretches
+from rodatlas.plot.heading import SHEAR_LABEL
+from rodatlas.plot.inset import draw_insets
 from rodatlas.plot.panel import NOTE_SIZE, NUMBER_SIZE, Drawn, draw_curves, draw_heading, label_events, label_states
 from rodatlas.plot.placement import dense, to_points
 from rodatlas.plot.style import (
@@ -62,9 +64,10 @@ def draw_overlay(slice_: Any, comparison: Any) -> Figure:
         top = fig.add_axes((across[0], (BOTTOM + bars + BETWEEN) / inches, across[1], DIAGRAM / inches))
         low = fig.add_axes((across[0], BOTTOM / inches, across[1], bars / inches), sharex=top)
         drawn = draw_curves(slice_, top)
-        _draw_along(slice_, comparison, labels, top, drawn)
-        draw_heading(slice_.settings, top)
+        _draw_along(slice_, comparison, labels, drawn, top)
+        draw_heading(slice_.settings, drawn, top)
         label_events(drawn, top)
+        draw_insets(drawn, top)
         label_states(drawn, top)
         _draw_bars(groups, comparison, labels, low)
         _label_axis(comparison, top, low)
@@ -84,7 +87,7 @@ def _groups(slice_: Any, comparison: Any) -> list[tuple[str, list[Any], list[Any
     return out
 
 
-def _draw_along(slice_: Any, comparison: Any, labels: Sequence[str], ax: Axes, drawn: Drawn) -> None:
+def _draw_along(slice_: Any, comparison: Any, labels: Sequence[str], drawn: Drawn, ax: Axes) -> None:
     """Ranges beside the curves of their states; labels keep clear of them."""
     stretches = slice_stretches(slice_)
     for check in (c for c in comparison.checks if c.computed is not None):
@@ -94,7 +97,7 @@ def _draw_along(slice_: Any, comparison: Any, labels: Sequence[str], ax: Axes, d
         path = _shifted(ax, _between(curve, low, high), APART * (k + 1))
         ax.plot(*path.T, color=color, lw=WIDTHS, alpha=0.55, zorder=2.5, gid="measured", solid_capstyle="butt")
         for end, place in ((check.low, path[0]), (check.high, path[-1])):
-            _draw_end(ax, end, place, comparison.scale, color, SYMBOLS[k % len(SYMBOLS)])
+            _draw_end(end, place, comparison.scale, color, SYMBOLS[k % len(SYMBOLS)], ax)
             drawn.obstacles.take(to_points(ax, place[None])[0], (SYMBOL_SIZE, SYMBOL_SIZE), 0.8)
         points = dense(to_points(ax, path))
         drawn.obstacles.points = np.concatenate([drawn.obstacles.points, points])
@@ -102,7 +105,7 @@ def _draw_along(slice_: Any, comparison: Any, labels: Sequence[str], ax: Axes, d
             drawn.obstacles.weights = np.concatenate([drawn.obstacles.weights, np.ones(len(points))])
 
 
-def _draw_end(ax: Axes, end: Any, place: np.ndarray, scale: float, color: str, symbol: str) -> None:
+def _draw_end(end: Any, place: np.ndarray, scale: float, color: str, symbol: str, ax: Axes) -> None:
     """The symbol of a band with a whisker."""
     if end.error is not None:
         reach = end.error * scale
@@ -156,18 +159,19 @@ def _draw_bars(groups: Sequence[tuple[str, list[Any], list[Any]]], comparison: A
         y -= ROW
         for state in computed:
             ax.plot(state.shear, [y, y], color=color, lw=STABLE_WIDTH, zorder=3, gid="computed", solid_capstyle="butt")
-            _draw_computed_end(ax, state.low, y, -1)
-            _draw_computed_end(ax, state.high, y, 1)
+            _draw_computed_end(state.low, y, -1, ax)
+            _draw_computed_end(state.high, y, 1, ax)
         for check in measured:
             y -= ROW
             k = labels.index(check.measurement.label)
             ends = [np.array([end.measured * comparison.scale, y]) for end in (check.low, check.high)]
             ax.plot(*np.array(ends).T, color=color, lw=WIDTHS, alpha=0.55, zorder=2.5, gid="measured bar")
             for end, place in zip((check.low, check.high), ends, strict=True):
-                _draw_end(ax, end, place, comparison.scale, color, SYMBOLS[k % len(SYMBOLS)])
+                _draw_end(end, place, comparison.scale, color, SYMBOLS[k % len(SYMBOLS)], ax)
             if check.measurement.state not in (name, name.removesuffix("+-")):
+                whisker = (check.high.error or 0.0) * comparison.scale
                 ax.annotate(
-                    label_of(check.measurement.state), xy=(ends[1][0], y), xytext=(7.0, 0.0), color=color,
+                    label_of(check.measurement.state), xy=(ends[1][0] + whisker, y), xytext=(7.0, 0.0), color=color,
                     textcoords="offset points", va="center_baseline", fontsize=NOTE_SIZE,
                 )  # fmt: skip
         ticks.append(0.5 * (top + y - 0.5 * ROW))
@@ -181,7 +185,7 @@ def _draw_bars(groups: Sequence[tuple[str, list[Any], list[Any]]], comparison: A
     ax.set_ylabel("stable ranges")
 
 
-def _draw_computed_end(ax: Axes, end: Any, y: float, side: int) -> None:
+def _draw_computed_end(end: Any, y: float, side: int, ax: Axes) -> None:
     """The disk of a bifurcation with its number beyond it; nothing where the range of the slice ends."""
     if end.kind == "range":
         return
@@ -201,7 +205,7 @@ def _label_axis(comparison: Any, top: Axes, low: Axes) -> None:
     top.set_xlabel("")
     top.tick_params(axis="x", labelbottom=False)
     if not comparison.normalized:
-        low.set_xlabel(r"shear $\Delta D$  (units of $L$)")
+        low.set_xlabel(SHEAR_LABEL)
         return
     from matplotlib.ticker import FuncFormatter, MultipleLocator
 

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from rodatlas.plot.curves import Stretch, slice_stretches, unique_events
+from rodatlas.plot.heading import HEIGHT_LABEL, SHEAR_LABEL, setting_text
+from rodatlas.plot.overlaps import draw_overlaps, overlaps_of
 from rodatlas.plot.placement import Obstacles, around, axes_box, best_place, dense, text_size, to_points, uncovered
 from rodatlas.plot.protocols import EventLike, SettingsLike, SliceLike
 from rodatlas.plot.style import (
@@ -16,6 +18,7 @@ from rodatlas.plot.style import (
     MARKER_SIZE,
     MARKERS,
     STABLE_WIDTH,
+    TOUCHING,
     UNSTABLE,
     UNSTABLE_DASHES,
     UNSTABLE_WIDTH,
@@ -24,14 +27,18 @@ from rodatlas.plot.style import (
 )
 
 if TYPE_CHECKING:
+    from matplotlib.artist import Artist
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
 NUMBER_SIZE, NAME_SIZE, NOTE_SIZE = 7.5, 9.0, 7.0
 NEAR_LIMIT = 0.08  # the limiting shear is shown when the range ends this near to it
 GUTTER = 0.012
-SHEAR_LABEL = r"shear $\Delta D$  (units of $L$)"
-HEIGHT_LABEL = r"height $h=\int y\,\mathrm{d}s$  (units of $L$)"
+ROOMY = 6.0  # axes of so many inches have room for the whole legend beside the setting
+ROW: dict[str, Any] = {
+    "borderaxespad": 0.1, "handlelength": 1.7, "columnspacing": 1.0, "handletextpad": 0.35, "borderpad": 0.3,
+}  # fmt: skip
+DOUBT, CLOSE = 8.0, 16.0  # largest price of a name near another state's curve, and how near that is in points
 
 
 @dataclass(frozen=True)
@@ -42,8 +49,13 @@ class Drawn:
     events: list[EventLike]
     obstacles: Obstacles
 
+    @property
+    def touching(self) -> bool:
+        """Whether some band touches itself."""
+        return any(s.touching for s in self.stretches)
 
-def draw_curves(slice_: SliceLike, ax: Axes, free: tuple[float, float] = (0.0, 0.0)) -> Drawn:
+
+def draw_curves(slice_: SliceLike, ax: Axes, *, free: tuple[float, float] = (0.0, 0.0)) -> Drawn:
     """Curves, markers, guides and axis labels.
 
     Parameters
@@ -61,13 +73,13 @@ def draw_curves(slice_: SliceLike, ax: Axes, free: tuple[float, float] = (0.0, 0
     ax.plot([0.0, 0.0], [bottom, top], color=FAINT, lw=0.5, zorder=0.5)
     ax.set_xlabel(SHEAR_LABEL)
     ax.set_ylabel(HEIGHT_LABEL)
-    drawn = _draw(ax, stretches, events, (bottom, top))
+    drawn = _draw(stretches, events, (bottom, top), ax)
     if limit is not None:
-        _draw_limit(ax, limit, (bottom, top), drawn.obstacles)
+        _draw_limit(limit, (bottom, top), drawn.obstacles, ax)
     return drawn
 
 
-def draw_window(slice_: SliceLike, ax: Axes, shears: tuple[float, float], heights: tuple[float, float]) -> Drawn:
+def draw_window(slice_: SliceLike, shears: tuple[float, float], heights: tuple[float, float], ax: Axes) -> Drawn:
     """Curves and markers inside a window of shear and height."""
     ax.set_xlim(*shears)
     ax.set_ylim(*heights)
@@ -76,14 +88,23 @@ def draw_window(slice_: SliceLike, ax: Axes, shears: tuple[float, float], height
         e for e in unique_events(slice_)
         if shears[0] < e.special.solution["dD"] < shears[1] and heights[0] < e.special.solution["height"] < heights[1]
     ]  # fmt: skip
-    return _draw(ax, slice_stretches(slice_), inside, heights)
+    return _draw(slice_stretches(slice_), inside, heights, ax)
 
 
-def _draw(ax: Axes, stretches: list[Stretch], events: list[EventLike], heights: tuple[float, float]) -> Drawn:
+def draw_part(
+    stretches: list[Stretch], shears: tuple[float, float], heights: tuple[float, float], ax: Axes
+) -> Drawn:  # fmt: skip
+    """Given curves inside a window of shear and height, without markers."""
+    ax.set_xlim(*shears)
+    ax.set_ylim(*heights)
+    return _draw(stretches, [], heights, ax)
+
+
+def _draw(stretches: list[Stretch], events: list[EventLike], heights: tuple[float, float], ax: Axes) -> Drawn:
     """Curves and markers on axes that have their limits, and what labels must not cover."""
-    _draw_stretches(ax, stretches)
+    _draw_stretches(stretches, ax)
     for event in events:
-        _draw_event(ax, event)
+        _draw_event(event, ax)
     points = [dense(to_points(ax, s.xy)) for s in stretches]
     weights = [np.full(len(p), 1.5 if s.stable else 1.0) for p, s in zip(points, stretches, strict=True)]
     left, _, right, _ = axes_box(ax)
@@ -107,29 +128,40 @@ def shear_view(settings: SettingsLike) -> tuple[float, float, float | None]:
     return low, settings.shear_max + GUTTER, None
 
 
-def draw_heading(settings: SettingsLike, ax: Axes) -> None:
-    """The setting on the left and the legend on the right, above the axes."""
-    setting = (
-        rf"$\psi_0={settings.angle_deg:g}^\circ$,  $\Delta L={settings.compression:g}\,L$,  $\nu={settings.poisson:g}$"
-    )
+def draw_heading(settings: SettingsLike, drawn: Drawn, ax: Axes) -> None:
+    """The setting on the left and the legend on the right, above the axes; its last entry below narrow ones."""
+    setting = setting_text(psi0=settings.angle_deg, dL=settings.compression, nu=settings.poisson)
     ax.set_title(setting, loc="left", pad=5.0)
-    draw_legend(ax, (1.0, 1.0), "lower right")
+    narrow = ax.get_window_extent().width < ROOMY * ax.figure.dpi
+    if drawn.touching and narrow:
+        ax.add_artist(ax.legend(handles=_handles(True)[-1:], loc="upper right", bbox_to_anchor=(1.0, -0.07), **ROW))
+    draw_legend((1.0, 1.0), "lower right", on=ax, touching=drawn.touching and not narrow)
 
 
-def draw_legend(of: Axes | Figure, corner: tuple[float, float], place: Any = "upper right") -> None:
-    """What lines and markers mean, in one row; `place` of the legend's box is put at the corner."""
+def draw_legend(
+    corner: tuple[float, float], place: Any = "upper right", *, on: Axes | Figure, touching: bool = False
+) -> None:
+    """What lines and markers mean, in one row; `place` of the legend's box is put at the corner.
+
+    Parameters
+    ----------
+    touching : whether some of the stable states touch themselves.
+    """
+    handles = _handles(touching)
+    on.legend(handles=handles, loc=place, bbox_to_anchor=corner, ncols=len(handles), **ROW)
+
+
+def _handles(touching: bool) -> list[Artist]:
+    """Samples of lines and markers."""
     from matplotlib.lines import Line2D
 
-    handles = [
+    return [
         Line2D([], [], color=INK, lw=STABLE_WIDTH, label="stable"),
         Line2D([], [], color=UNSTABLE, lw=UNSTABLE_WIDTH, dashes=UNSTABLE_DASHES, label="unstable"),
         Line2D([], [], label="fold", **MARKERS["fold"]),
         Line2D([], [], label="branch point", **MARKERS["branch point"]),
+        *([Line2D([], [], color=INK, label="stable, touches itself", **TOUCHING)] if touching else []),
     ]
-    of.legend(
-        handles=handles, loc=place, bbox_to_anchor=corner, ncols=4, borderaxespad=0.1, handlelength=1.7,
-        columnspacing=1.0, handletextpad=0.35, borderpad=0.3,
-    )  # fmt: skip
 
 
 def label_events(drawn: Drawn, ax: Axes) -> None:
@@ -146,7 +178,7 @@ def label_events(drawn: Drawn, ax: Axes) -> None:
             for center, penalty in around(places[i], size, (3.2, 4.5, 6.0, 8.0, 11.0, 15.0, 20.0))
         ]
         place, _ = best_place(drawn.obstacles, size, candidates)
-        _write(ax, places[i], place, text, NUMBER_SIZE, INK, size)
+        _write(text, places[i], place, size, NUMBER_SIZE, INK, ax)
         drawn.obstacles.take(place, size)
 
 
@@ -161,15 +193,38 @@ def _nearer(center: np.ndarray, size: tuple[float, float], others: np.ndarray, o
 
 def label_states(drawn: Drawn, ax: Axes) -> None:
     """One name for each stretch of a stable state, beside the curve, the short stretches first."""
-    named = [(s, to_points(ax, s.xy)) for s in drawn.stretches if s.name]
+    named = [(s, to_points(ax, s.xy)) for s in whole_states(drawn.stretches) if s.name]
     named = [(s, p) for s, p in named if np.hypot(*np.diff(p, axis=0).T).sum() > 1.0]
     for stretch, points in sorted(named, key=lambda pair: len(dense(pair[1]))):
         text = label_of(stretch.name or "")
         size = text_size(text, NAME_SIZE)
         places, anchors = _beside(points, size)
+        others = [dense(p, 3.0) for s, p in named if s.name != stretch.name]
+        places = [(c, p + q) for (c, p), q in zip(places, _doubt(places, others), strict=True)]
         place, at = best_place(drawn.obstacles, size, places)
-        _write(ax, anchors[at], place, text, NAME_SIZE, color_of(stretch.name), size, lead=14.0)
+        _write(text, anchors[at], place, size, NAME_SIZE, color_of(stretch.name), ax, lead=14.0)
         drawn.obstacles.take(place, size)
+
+
+def whole_states(stretches: list[Stretch]) -> list[Stretch]:
+    """The stretches with those of one state put together, whether its band touches itself or not."""
+    out: list[Stretch] = []
+    for s in stretches:
+        if out and (out[-1].name, out[-1].branch) == (s.name, s.branch) and np.array_equal(out[-1].xy[-1], s.xy[0]):
+            out[-1] = replace(s, xy=np.concatenate([out[-1].xy, s.xy[1:]]))
+        else:
+            out.append(s)
+    return out
+
+
+def _doubt(places: list[tuple[np.ndarray, float]], others: list[np.ndarray]) -> np.ndarray:
+    """(n,) price of places for a name near the curves of other states."""
+    from scipy.spatial import KDTree
+
+    if not others:
+        return np.zeros(len(places))
+    gap = KDTree(np.concatenate(others)).query(np.array([center for center, _ in places]))[0]
+    return DOUBT * np.maximum(1.0 - gap / CLOSE, 0.0)
 
 
 def _beside(points: np.ndarray, size: tuple[float, float]) -> tuple[list[tuple[np.ndarray, float]], list[np.ndarray]]:
@@ -190,8 +245,8 @@ def _beside(points: np.ndarray, size: tuple[float, float]) -> tuple[list[tuple[n
 
 
 def _write(
-    ax: Axes, anchor: np.ndarray, center: np.ndarray, text: str, size: float, color: str,
-    extent: tuple[float, float], lead: float = 6.0,
+    text: str, anchor: np.ndarray, center: np.ndarray, extent: tuple[float, float], size: float, color: str, ax: Axes,
+    *, lead: float = 6.0,
 ) -> None:  # fmt: skip
     """Text centered at a place given in points, with a thin line to its anchor when that is far."""
     data = ax.transData.inverted().transform(anchor * ax.figure.dpi / 72.0)
@@ -204,27 +259,34 @@ def _write(
     )  # fmt: skip
 
 
-def _draw_stretches(ax: Axes, stretches: list[Stretch]) -> None:
-    """Stable stretches solid, unstable ones dashed; of dashed curves on top of each other only the first is drawn,
-    since two patterns of dashes together look like a solid line."""
-    drawn = np.empty((0, 2))
+def _draw_stretches(stretches: list[Stretch], ax: Axes) -> None:
+    """Stable stretches solid, or dotted where the band touches itself, unstable ones dashed.
+
+    Of dashed curves on top of each other only the first is drawn: two patterns of dashes together look like a solid
+    line. Where stable ones coincide, their colors alternate.
+    """
+    drawn, overlaps = np.empty((0, 2)), overlaps_of(stretches, ax)
     for stretch in stretches:
+        if stretch.touching:
+            ax.plot(*stretch.xy.T, color=color_of(stretch.name), zorder=3, gid="touching", **TOUCHING)
+            continue
         if stretch.stable:
             ax.plot(*stretch.xy.T, color=color_of(stretch.name), lw=STABLE_WIDTH, zorder=3, gid="stable")
+            draw_overlaps([o for o in overlaps if o.top is stretch], ax)
             continue
         for piece in uncovered(stretch.xy, to_points(ax, stretch.xy), drawn):
             ax.plot(*piece.T, color=UNSTABLE, lw=UNSTABLE_WIDTH, dashes=UNSTABLE_DASHES, zorder=2, gid="unstable")
         drawn = np.concatenate([drawn, dense(to_points(ax, stretch.xy), 0.5)])
 
 
-def _draw_event(ax: Axes, event: EventLike) -> None:
+def _draw_event(event: EventLike, ax: Axes) -> None:
     kind = "fold" if event.kind == "fold" else "branch point"
     place = event.special.solution
     zorder = 4.0 if kind == "fold" else 4.1
     ax.plot([place["dD"]], [place["height"]], zorder=zorder, gid=kind, **MARKERS[kind])
 
 
-def _draw_limit(ax: Axes, limit: float, heights: tuple[float, float], obstacles: Obstacles) -> None:
+def _draw_limit(limit: float, heights: tuple[float, float], obstacles: Obstacles, ax: Axes) -> None:
     """The limiting shear as a thin line, its name along it."""
     ax.plot([limit, limit], heights, color=INK, lw=0.5, zorder=1, gid="limiting shear")
     text = "limiting shear"

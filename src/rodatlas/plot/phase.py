@@ -9,16 +9,23 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from rodatlas.continuation.checks import check_has
+from rodatlas.plot.heading import setting_text
 from rodatlas.plot.labels import label_lines
-from rodatlas.plot.loci import EVENTS, LINES, NAMES
-from rodatlas.plot.style import INK, TWO_COLUMN, UNNAMED, color_of, label_of, new_figure, styled
+from rodatlas.plot.loci import EVENTS, LINES, MARK, TITLE_PAD, draw_plane_axes, key_of
+from rodatlas.plot.style import INK, ONE_COLUMN, TWO_COLUMN, UNNAMED, check_axes, color_of, label_of, new_figure, styled
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
 SMOOTH: dict[str, Any] = {"color": INK, "lw": 0.9, "ls": (0, (1.0, 1.6))}
-THIN_LINE: dict[str, Any] = {"color": UNNAMED, "lw": 0.5, "ls": "-"}
+ELSEWHERE: dict[str, Any] = {"color": "#C4C4C4", "lw": 0.4, "ls": "-"}  # loci that do not bound a state's region
+THIN = 0.6  # width of pieces of loci without a number
+SIDE = 1.3  # width of the sides of a state's region
+# Heights in inches: of the plane, below it, of its key above, of close-ups; of a row of panels and the line above them.
+PLANE, BELOW, ABOVE, CLOSER, ROW, HEAD = 4.1, 0.42, 0.58, 2.1, 2.0, 0.25
+SHORT_ANGLE_LABEL, SHORT_SHEAR_LABEL = r"$\psi_0$  (degrees)", r"$\Delta D$  (units of $L$)"
 # Close-ups: angles in degrees and shears, title, corner at which the letter stands; drawn when the diagram covers them.
 CLOSE_UPS = (
     ((0.0, 0.7, 0.5465, 0.5505), "birth of w", "lower"),
@@ -35,104 +42,153 @@ def draw_phase_figure(diagram: Any) -> Figure:
     Parameters
     ----------
     diagram : a :class:`rodatlas.atlas.PhaseDiagram`.
+
+    Returns
+    -------
+    a figure as wide as a page.
     """
+    check_has("diagram", diagram, ("settings", "faces", "names"), "a PhaseDiagram, see PhaseDiagram.load")
     frame = diagram.settings.frame
     shown = [close_up for close_up in CLOSE_UPS if _inside(close_up[0], frame)]
     with styled():
-        fig = new_figure(TWO_COLUMN, 4.9 + (2.1 if shown else 0.0))
-        height = fig.get_size_inches()[1]
-        main = fig.add_axes((0.072, (2.52 if shown else 0.42) / height, 0.915, 4.1 / height))
-        draw_phase(diagram, main, keep_clear=[(box[1], box[3]) for box, *_ in shown])
-        _draw_key(diagram, fig, main)
+        height = BELOW + PLANE + ABOVE + (CLOSER if shown else 0.0)
+        fig = new_figure(TWO_COLUMN, height)
+        main = fig.add_axes((0.072, (BELOW + (CLOSER if shown else 0.0)) / height, 0.915, PLANE / height))
+        draw_phase(diagram, keep_clear=[(box[1], box[3]) for box, *_ in shown], ax=main)
         for k, (box, title, corner) in enumerate(shown):
             left, width = 0.072 + k * 0.2415, 0.19
             ax = fig.add_axes((left, 0.38 / height, width, 1.45 / height))
-            draw_phase(diagram, ax, box)
+            draw_phase(diagram, box, ax=ax)
             ax.set_title(f"({chr(98 + k)}) {title}", fontsize=8.0, loc="left", pad=3.0)
-            ax.set_xlabel(r"$\psi_0$ [deg]", labelpad=1.0)
-            ax.set_ylabel("")
+            ax.set_xlabel(SHORT_ANGLE_LABEL, labelpad=1.0)
+            ax.set_ylabel(SHORT_SHEAR_LABEL if k == 0 else "", labelpad=1.0)
             ax.tick_params(labelsize=7.0)
-            _mark(main, box, chr(98 + k), corner)
+            _mark(box, chr(98 + k), corner, main)
     return fig
 
 
 def draw_phase(
-    diagram: Any, ax: Axes, window: tuple[float, float, float, float] | None = None,
-    keep_clear: Sequence[tuple[float, float]] = (),
+    diagram: Any, window: tuple[float, float, float, float] | None = None,
+    keep_clear: Sequence[tuple[float, float]] = (), ax: Axes | None = None,
 ) -> Axes:  # fmt: skip
     """The plane or a window of it: shading, lines, special points, numbers.
 
+    Above the whole plane stand the compression, Poisson's ratio and the meaning of lines, marks and shades.
+
     Parameters
     ----------
+    diagram : a :class:`rodatlas.atlas.PhaseDiagram`.
     window : smallest and largest angle, smallest and largest shear; the whole diagram by default.
     keep_clear : points (angle, shear) at which no number shall stand.
+    ax : where to draw; a figure as wide as a page by default.
 
     Returns
     -------
     the axes drawn on.
     """
+    check_has("diagram", diagram, ("settings", "faces", "names"), "a PhaseDiagram, see PhaseDiagram.load")
+    check_axes(ax)
     from matplotlib.ticker import MaxNLocator
 
     frame = window or diagram.settings.frame
     with styled():
+        if ax is None:
+            inches = BELOW + PLANE + ABOVE
+            ax = new_figure(TWO_COLUMN, inches).add_axes((0.072, BELOW / inches, 0.915, PLANE / inches))
         ax.set_xlim(frame[0], frame[1])
         ax.set_ylim(frame[2], frame[3])
         shades = count_colors(diagram)
         for face in (f for f in diagram.faces if f.count is not None):
-            _fill(ax, face.rings, shades[face.count])
+            _fill(face.rings, shades[face.count], ax)
         for line in diagram.lines:
             ax.plot(*line.points.T, **_style(line), zorder=2.5)
         _draw_events(diagram, ax)
         lines = [x for x in diagram.lines if x.kind != "smooth"]
         texts = [x.label.replace("'", "′") if _is_named(x) or window is not None else "" for x in lines]
         colors = [_style(x)["color"] for x in lines]
-        label_lines(ax, [x.points for x in lines], texts, colors, keep_clear=keep_clear)
-        if window is not None:
+        label_lines([x.points for x in lines], texts, colors, ax, keep_clear=keep_clear)
+        draw_plane_axes(ax)
+        if window is None:
+            _draw_key(diagram, ax)
+        else:
             ax.xaxis.set_major_locator(MaxNLocator(3))
             ax.yaxis.set_major_locator(MaxNLocator(4))
-        ax.set_xlabel(r"clamp angle $\psi_0$ [deg]")
-        ax.set_ylabel(r"shear $\Delta D$")
     return ax
 
 
 def draw_phase_states(diagram: Any) -> Figure:
-    """One panel for each state: where it is stable, and which loci bound that region."""
+    """One panel for each state: where it is stable, and which loci bound that region.
+
+    Parameters
+    ----------
+    diagram : a :class:`rodatlas.atlas.PhaseDiagram`.
+
+    Returns
+    -------
+    a figure as wide as a page.
+    """
+    check_has("diagram", diagram, ("settings", "faces", "names"), "a PhaseDiagram, see PhaseDiagram.load")
     from matplotlib.ticker import MaxNLocator
 
     names = [n for n in PANEL_ORDER if n in diagram.names]
     columns = 5
     rows = -(-len(names) // columns)
     with styled():
-        fig = new_figure(TWO_COLUMN, 0.42 + 2.0 * rows)
-        height = fig.get_size_inches()[1]
+        height = 0.42 + ROW * rows + HEAD
+        fig = new_figure(TWO_COLUMN, height)
         for k, name in enumerate(names):
             row, column = divmod(k, columns)
-            bottom = 1.0 - ((row + 1) * 2.0 - 0.02) / height
-            ax = fig.add_axes((0.062 + column * 0.188, bottom, 0.177, 1.88 / height))
+            bottom = 1.0 - (HEAD + (row + 1) * ROW - 0.02) / height
+            ax = fig.add_axes((0.066 + column * 0.187, bottom, 0.176, (ROW - 0.12) / height))
             draw_region(diagram, name, ax)
             last = k + columns >= len(names)
             ax.tick_params(labelleft=column == 0, labelbottom=last, labelsize=7.0)
             ax.xaxis.set_major_locator(MaxNLocator(4, prune="upper"))
-            ax.set_xlabel(r"$\psi_0$ [deg]" if last else "", labelpad=1.0)
-            ax.set_ylabel(r"$\Delta D$" if column == 0 else "", labelpad=1.0)
+            ax.set_xlabel(SHORT_ANGLE_LABEL if last else "", labelpad=1.0)
+            ax.set_ylabel(SHORT_SHEAR_LABEL if column == 0 else "", labelpad=1.0)
+        _draw_states_key(diagram, fig)
     return fig
 
 
-def draw_region(diagram: Any, name: str, ax: Axes) -> Axes:
-    """Where one state is stable: the region, its sides with their numbers, and all other loci in gray."""
+def draw_region(diagram: Any, name: str, ax: Axes | None = None) -> Axes:
+    """Where one state is stable: the region, its sides with their numbers, and all other loci in gray.
+
+    Parameters
+    ----------
+    diagram : a :class:`rodatlas.atlas.PhaseDiagram`.
+    name : of the state, of a pair that of both: 'US+-'.
+    ax : where to draw; a figure of one column by default.
+
+    Returns
+    -------
+    the axes drawn on.
+
+    Raises
+    ------
+    ValueError
+        when the diagram has no such state.
+    """
+    check_has("diagram", diagram, ("settings", "faces", "names"), "a PhaseDiagram, see PhaseDiagram.load")
+    check_axes(ax)
+    if name not in diagram.names:
+        raise ValueError(f"name: expected one of {', '.join(diagram.names)}, got '{name}'")
     frame = diagram.settings.frame
     color = color_of(name)
     with styled():
+        if ax is None:
+            ax = new_figure(ONE_COLUMN, ONE_COLUMN).add_axes((0.15, 0.13, 0.82, 0.78))
+            ax.set_title(_setting(diagram), loc="left", pad=TITLE_PAD)
+            draw_plane_axes(ax)
         ax.set_xlim(frame[0], frame[1])
         ax.set_ylim(frame[2], frame[3])
         for line in diagram.lines:
-            ax.plot(*line.points.T, color="#C4C4C4", lw=0.4, zorder=1.0)
+            ax.plot(*line.points.T, **ELSEWHERE, zorder=1.0)
         kinds = {x.label: x for x in diagram.lines}
         clouds, texts = [], []
         for region in diagram.state_regions(name):
-            _fill(ax, region.rings, color, alpha=0.28)
+            _fill(region.rings, color, ax, alpha=0.28)
             for side in (s for s in region.sides if s.label in kinds):
-                ax.plot(*side.points.T, **(_style(kinds[side.label]) | {"color": color, "lw": 1.3}), zorder=3.0)
+                ax.plot(*side.points.T, **(_style(kinds[side.label]) | {"color": color, "lw": SIDE}), zorder=3.0)
                 clouds.append(side.points)
                 texts.append(side.label if kinds[side.label].kind != "smooth" and _is_named(kinds[side.label]) else "")
         for interval in (i for i in diagram.edge if i.name == name and not diagram.state_regions(name)):
@@ -142,7 +198,7 @@ def draw_region(diagram: Any, name: str, ax: Axes) -> Axes:
                 r"only at $\psi_0=0$", (0.0, 0.5 * (interval.low + interval.high)), (8, 0), fontsize=7.5,
                 textcoords="offset points", va="center",
             )  # fmt: skip
-        label_lines(ax, clouds, texts, [color] * len(clouds), size=7.5)
+        label_lines(clouds, texts, [color] * len(clouds), ax, size=7.5)
         ax.text(0.97, 0.95, label_of(name), transform=ax.transAxes, ha="right", va="top", fontsize=10.0, color=color,
                 bbox={"boxstyle": "round,pad=0.15", "fc": "white", "ec": "none"}, zorder=6)  # fmt: skip
     return ax
@@ -170,10 +226,10 @@ def _style(line: Any) -> dict[str, Any]:
     if line.kind == "smooth":
         return SMOOTH
     style = dict(LINES[line.kind])
-    return style if _is_named(line) else style | {"lw": 0.6}
+    return style if _is_named(line) else style | {"lw": THIN}
 
 
-def _fill(ax: Axes, rings: Sequence[np.ndarray], color: Any, alpha: float = 1.0) -> None:
+def _fill(rings: Sequence[np.ndarray], color: Any, ax: Axes, *, alpha: float = 1.0) -> None:
     """A polygon with holes."""
     from matplotlib.patches import PathPatch
     from matplotlib.path import Path
@@ -189,10 +245,10 @@ def _draw_events(diagram: Any, ax: Axes) -> None:
     """Special points, those at which a locus is extreme in shear left out: nothing happens to a slice there."""
     for e in diagram.events:
         if e.parameter != "shear":
-            ax.plot(e.angle_deg, e.shear, ls="none", mec=INK, mew=0.7, zorder=4, **EVENTS[e.kind])
+            ax.plot(e.angle_deg, e.shear, zorder=4, **MARK, **EVENTS[e.kind])
 
 
-def _mark(ax: Axes, box: Sequence[float], letter: str, where: str) -> None:
+def _mark(box: Sequence[float], letter: str, where: str, ax: Axes) -> None:
     """Where in the plane a close-up lies, with its letter at the upper or lower right corner."""
     from matplotlib.patches import Rectangle
 
@@ -204,27 +260,61 @@ def _mark(ax: Axes, box: Sequence[float], letter: str, where: str) -> None:
     ax.annotate(f"({letter})", at, shift, textcoords="offset points", fontsize=7.5, zorder=5)
 
 
-def _draw_key(diagram: Any, fig: Figure, ax: Axes) -> None:
-    """What lines, marks and shades mean, above the plane."""
+def _setting(diagram: Any) -> str:
+    return setting_text(dL=diagram.settings.compression, nu=diagram.settings.poisson)
+
+
+def _draw_key(diagram: Any, ax: Axes) -> None:
+    """Above the plane the setting, and what lines, marks and shades mean."""
+    from matplotlib.lines import Line2D
+    from matplotlib.patches import Patch
+
+    events = {e.kind for e in diagram.events if e.parameter != "shear"}
+    kinds = {x.kind for x in diagram.lines}
+    handles = key_of(kinds, events)
+    if any(not _is_named(x) and x.kind != "smooth" for x in diagram.lines):
+        handles.insert(len(kinds - {"smooth"}), Line2D([], [], color=UNNAMED, lw=THIN, label="without a number"))
+    if "smooth" in kinds:
+        handles.insert(len(kinds - {"smooth"}), Line2D([], [], **SMOOTH, label="change of name"))
+    style: dict[str, Any] = {
+        "handlelength": 2.4, "columnspacing": 1.4, "borderaxespad": 0.0, "fontsize": 7.5, "labelspacing": 0.35,
+        "borderpad": 0.0,
+    }  # fmt: skip
+    columns = 4 if len(handles) <= 8 else 5
+    first = ax.legend(handles=handles, loc="lower left", bbox_to_anchor=(0.0, 1.015), ncols=columns, **style)
+    ax.add_artist(first)
+    rows = -(-len(handles) // columns)
+    pad = 6.0 + 11.5 * rows
+    ax.set_title(_setting(diagram), loc="left", pad=pad)
+    shades = [Patch(fc="none", ec="none", label="stable states:")]
+    shades += [Patch(fc=c, ec="none", label=str(n)) for n, c in count_colors(diagram).items()]
+    if any(f.count is None for f in diagram.faces):
+        shades.append(Patch(fc="white", ec=UNNAMED, lw=0.4, label="not known"))
+    above = 1.0 + pad / (72.0 * ax.get_window_extent().height / ax.figure.dpi)
+    ax.legend(
+        handles=shades, loc="lower right", bbox_to_anchor=(1.0, above), ncols=len(shades),
+        **(style | {"handlelength": 1.0, "columnspacing": 0.7}),
+    )  # fmt: skip
+
+
+def _draw_states_key(diagram: Any, fig: Figure) -> None:
+    """Above the panels the setting, and what lines and areas mean."""
     from matplotlib.lines import Line2D
     from matplotlib.patches import Patch
 
     kinds = {x.kind for x in diagram.lines}
-    events = {e.kind for e in diagram.events if e.parameter != "shear"}
-    handles: list[Any] = [Line2D([], [], **LINES[kind], label=kind) for kind in LINES if kind in kinds]
+    handles: list[Any] = [Patch(fc=UNNAMED, ec="none", alpha=0.28, label="stable")]
+    handles += [
+        Line2D([], [], **(style | {"color": UNNAMED, "lw": SIDE}), label=f"ends at a {kind}")
+        for kind, style in LINES.items() if kind in kinds
+    ]  # fmt: skip
     if "smooth" in kinds:
-        handles.append(Line2D([], [], **SMOOTH, label="change of name"))
-    marks: dict[str, Any] = {"ls": "none", "mec": INK, "mew": 0.7}
-    handles += [Line2D([], [], **marks, **EVENTS[kind], label=NAMES[kind]) for kind in EVENTS if kind in events]
-    top = ax.get_position().y1
-    height = fig.get_size_inches()[1]
-    style: dict[str, Any] = {"handlelength": 2.4, "columnspacing": 1.4, "borderaxespad": 0.0, "fontsize": 7.5}
-    first = fig.legend(
-        handles=handles, loc="lower left", bbox_to_anchor=(0.07, top + 0.04 / height), ncols=4, **style
-    )  # fmt: skip
-    fig.add_artist(first)
-    shades = [Patch(fc=c, ec="none", label=str(n)) for n, c in count_colors(diagram).items()]
+        handles.append(Line2D([], [], **(SMOOTH | {"color": UNNAMED, "lw": SIDE}), label="changes its name"))
+    handles.append(Line2D([], [], **(ELSEWHERE | {"lw": 0.8}), label="other loci"))
+    height = fig.get_figheight()
+    middle = 1.0 - 0.5 * HEAD / height
+    fig.text(0.066, middle, _setting(diagram), ha="left", va="center", fontsize=9.0)
     fig.legend(
-        handles=shades, loc="lower right", bbox_to_anchor=(0.988, top + 0.04 / height), ncols=len(shades),
-        title="stable states", title_fontsize=7.5, **(style | {"handlelength": 1.0, "columnspacing": 0.7}),
+        handles=handles, loc="center right", bbox_to_anchor=(0.992, middle), ncols=len(handles), handlelength=2.2,
+        columnspacing=1.2, borderaxespad=0.0, borderpad=0.0, fontsize=7.5,
     )  # fmt: skip

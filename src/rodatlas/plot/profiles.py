@@ -7,7 +7,12 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from rodatlas.continuation.checks import check_type
+from rodatlas.plot.heading import ARCLENGTH_LABEL, CURVATURE_LABEL, TWIST_LABEL, setting_of
+from rodatlas.plot.overlaps import draw_coinciding
 from rodatlas.plot.style import FAINT, TWO_COLUMN, base_name, color_of, label_of, new_figure, styled
+from rodatlas.rods.band import NARROW
+from rodatlas.rods.contact import self_contact
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -18,6 +23,7 @@ if TYPE_CHECKING:
 SAMPLES = 601
 HEIGHT = 4.5
 NOTE_SIZE = 7.0
+LEAST_SPAN = 1e-3  # of an axis: a planar band has no twist, and round-off is not shown as one
 
 
 def energy_density(solution: Solution, s: np.ndarray) -> np.ndarray:
@@ -26,8 +32,8 @@ def energy_density(solution: Solution, s: np.ndarray) -> np.ndarray:
 
 
 PANELS: tuple[tuple[str, Callable[[Solution, np.ndarray], np.ndarray]], ...] = (
-    (r"curvature $\kappa_1$  ($1/L$)", lambda solution, s: solution(s, "k1")),
-    (r"twist $\tau$  ($1/L$)", lambda solution, s: solution(s, "tau")),
+    (CURVATURE_LABEL, lambda solution, s: solution(s, "k1")),
+    (TWIST_LABEL, lambda solution, s: solution(s, "tau")),
     (r"tension $N_3$  ($GJ/L^2$)", lambda solution, s: solution(s, "N3")),
     (r"energy density $a\kappa_1^2+\tau^2$  ($GJ/L^2$)", energy_density),
 )
@@ -45,6 +51,7 @@ def draw_profiles(states: Mapping[str, Solution]) -> Figure:
     -------
     a figure as wide as a page.
     """
+    check_type("states", states, Mapping, "a mapping of names to Solutions")
     if not states:
         raise ValueError("states: expected at least one solution, got none")
     s = np.linspace(0.0, 1.0, SAMPLES)
@@ -53,44 +60,50 @@ def draw_profiles(states: Mapping[str, Solution]) -> Figure:
         panels = fig.subplots(2, 2, sharex=True)
         fig.subplots_adjust(left=0.077, right=0.988, bottom=0.118, top=0.905, wspace=0.2, hspace=0.1)
         for letter, ax, (title, field) in zip("abcd", panels.ravel(), PANELS, strict=True):
-            _draw_panel(ax, letter, title, {name: field(x, s) for name, x in states.items()}, s)
+            _draw_panel({name: field(x, s) for name, x in states.items()}, s, letter, title, ax)
         for ax in panels[1]:
-            ax.set_xlabel("arclength $s$  (units of $L$)")
+            ax.set_xlabel(ARCLENGTH_LABEL)
         fig.align_ylabels(panels[:, 0])
         fig.align_ylabels(panels[:, 1])
-        _draw_heading(fig, states)
+        _draw_heading(states, fig)
         fig.draw_without_rendering()
     return fig
 
 
-def _draw_panel(ax: Axes, letter: str, title: str, curves: Mapping[str, np.ndarray], s: np.ndarray) -> None:
+def _draw_panel(curves: Mapping[str, np.ndarray], s: np.ndarray, letter: str, title: str, ax: Axes) -> None:
     """One field of all states over the arclength."""
     ax.axhline(0.0, color=FAINT, lw=0.5, zorder=0.5)
+    solid = []
     for name, values in curves.items():
         mirrored = name.endswith("-") and f"{name[:-1]}+" in curves
         style: dict[str, Any] = {"lw": 1.0, "ls": (0, (3.0, 1.2))} if mirrored else {"lw": 1.3, "ls": "-"}
-        ax.plot(s, values, color=color_of(name), label=label_of(name), gid=name, **style)
+        (line,) = ax.plot(s, values, color=color_of(name), label=label_of(name), gid=name, **style)
+        solid += [] if mirrored else [line]
     ax.set_xlim(0.0, 1.0)
     low = min(float(v.min()) for v in curves.values())
     high = max(float(v.max()) for v in curves.values())
-    span = max(high - low, 1e-9)
-    ax.set_ylim(low - 0.06 * span, high + 0.16 * span)
+    missing = max(LEAST_SPAN - (high - low), 0.0)
+    low, high = low - 0.5 * missing, high + 0.5 * missing
+    ax.set_ylim(low - 0.06 * (high - low), high + 0.16 * (high - low))
+    draw_coinciding(solid, ax)
     ax.set_ylabel(title)
     ax.text(0.018, 0.965, f"({letter})", transform=ax.transAxes, va="top", ha="left")
 
 
-def _draw_heading(fig: Figure, states: Mapping[str, Solution]) -> None:
+def _draw_heading(states: Mapping[str, Solution], fig: Figure) -> None:
     """The setting and the names of the states above the panels; what a pair's member stands for below them."""
-    first = next(iter(states.values()))
-    angle, compression, shear = np.degrees(first["psi0"]), first["dL"], first["dD"]
-    setting = rf"$\psi_0={angle:.6g}^\circ$,  $\Delta L={compression:.6g}\,L$,  $\Delta D={shear:.6g}\,L$"
-    fig.text(0.077, 0.958, setting, va="center", ha="left", fontsize=9.0)
+    fig.text(0.077, 0.958, setting_of(next(iter(states.values()))), va="center", ha="left", fontsize=9.0)
     handles, labels = fig.axes[0].get_legend_handles_labels()
     fig.legend(
         handles, labels, loc="center right", bbox_to_anchor=(0.996, 0.958), ncols=len(labels), handlelength=1.6,
         columnspacing=1.4, handletextpad=0.5, borderaxespad=0.0, fontsize=9.0,
     )  # fmt: skip
+    touching = [label_of(name) for name, state in states.items() if self_contact(state)]
+    if touching:
+        note = f"{', '.join(touching)}: a band $L/{1 / NARROW:.0f}$ wide touches itself."
+        fig.text(0.077, 0.012, note, ha="left", va="bottom", fontsize=NOTE_SIZE)
     members = [n for n in states if base_name(n).endswith("+-") and {n[:-1] + "+", n[:-1] + "-"} - states.keys()]
     if members:
-        pairs = "; ".join(f"{label_of(n[:-1] + ('-' if n[-1] == '+' else '+'))} mirrors {label_of(n)}" for n in members)
-        fig.text(0.988, 0.012, rf"{pairs} under $s \to 1-s$.", ha="right", va="bottom", fontsize=NOTE_SIZE)
+        others = [label_of(n[:-1] + ("-" if n[-1] == "+" else "+")) for n in members]
+        pairs = f"{' and '.join(others)} {'is the reversal' if len(others) == 1 else 'are the reversals'}"
+        fig.text(0.988, 0.012, rf"{pairs} $s \to 1-s$, not drawn.", ha="right", va="bottom", fontsize=NOTE_SIZE)

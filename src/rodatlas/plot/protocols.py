@@ -56,7 +56,8 @@ class SliceBranchLike(Protocol):
 
 
 class StateLike(Protocol):
-    """A named stable stretch of the branch with id `branch`, its solutions in order, both ends included."""
+    """A named stable stretch of the branch with id `branch`, its solutions in order, both ends included; `contact` are
+    the ranges of shear in which its band touches itself."""
 
     @property
     def name(self) -> str: ...
@@ -64,6 +65,8 @@ class StateLike(Protocol):
     def branch(self) -> str: ...
     @property
     def solutions(self) -> Sequence[Solution]: ...
+    @property
+    def contact(self) -> Sequence[tuple[float, float]]: ...
 
 
 class SliceLike(Protocol):

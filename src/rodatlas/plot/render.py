@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from rodatlas.plot.style import INK, UNNAMED, styled
+from rodatlas.continuation.checks import check_type
+from rodatlas.plot.style import INK, ONE_COLUMN, UNNAMED, check_axes, new_figure, styled
 from rodatlas.plot.surface import BandSurface, band_surface
 
 if TYPE_CHECKING:
@@ -21,6 +22,7 @@ DISPLAY_WIDTH = 1.0 / 16.0
 EDGE = 0.045  # part of the width that is drawn dark at each edge
 CLAMP_LENGTH, CLAMP_THICKNESS, CLAMP_OVERHANG = 0.055, 0.022, 1.3
 CLAMP_COLOR = np.array([0.56, 0.58, 0.61])
+TRIAD = 0.6  # width and height of a figure of the three directions, in inches
 LIGHT = np.array([-0.45, 0.75, 0.55])  # in the frame of the viewer: right, up, toward
 
 
@@ -60,7 +62,7 @@ DEFAULT_VIEW = View()
 
 
 def render_band(
-    ax: Axes, solution: Solution, width: float = DISPLAY_WIDTH, view: View = DEFAULT_VIEW, *,
+    solution: Solution, width: float = DISPLAY_WIDTH, view: View = DEFAULT_VIEW, ax: Axes | None = None, *,
     color: str | None = None, clamps: bool = True, samples: int = 241, margin: float = 0.02,
 ) -> Axes:  # fmt: skip
     """Draw a band as a shaded ribbon with clamp blocks at both ends.
@@ -69,9 +71,9 @@ def render_band(
 
     Parameters
     ----------
-    ax : axes that this drawing has for itself; set to equal scales, without frame.
     solution : of a rod problem.
     width : drawn width, in units of the length.
+    ax : axes that this drawing has for itself, set to equal scales, without frame; a figure of one column by default.
     color : of the front; gray by default.
     clamps : whether to draw the blocks that hold the ends.
     samples : number of cross-sections.
@@ -81,6 +83,7 @@ def render_band(
     -------
     the axes drawn on, with one collection of polygons more.
     """
+    check_axes(ax)
     from matplotlib.collections import PolyCollection
     from matplotlib.colors import to_rgb
 
@@ -91,6 +94,10 @@ def render_band(
     parts.sort(key=lambda p: p.depth)
     corners = [p.corners for p in parts]
     colors, lines = [p.color for p in parts], [p.line for p in parts]
+    low, high = bounds(corners)
+    if ax is None:
+        across, up = high - low + 2.0 * margin
+        ax = new_figure(ONE_COLUMN, ONE_COLUMN * up / across).add_axes((0.0, 0.0, 1.0, 1.0))
     with styled():
         drawn = PolyCollection(
             corners, facecolors=colors, edgecolors=colors, linewidths=lines, antialiaseds=True, joinstyle="round"
@@ -98,14 +105,28 @@ def render_band(
         ax.add_collection(drawn, autolim=False)
         ax.set_aspect("equal")
         ax.set_axis_off()
-        low, high = bounds(corners)
         ax.set_xlim(low[0] - margin, high[0] + margin)
         ax.set_ylim(low[1] - margin, high[1] + margin)
     return ax
 
 
-def draw_triad(ax: Axes, view: View = DEFAULT_VIEW, *, size: float = 7.5) -> Axes:
-    """Draw the directions of x, y and z as three small arrows, in axes of their own."""
+def draw_triad(view: View = DEFAULT_VIEW, ax: Axes | None = None, *, size: float = 7.5) -> Axes:
+    """Draw the directions of x, y and z as three small arrows.
+
+    Parameters
+    ----------
+    view : where the viewer stands.
+    ax : axes that the arrows have for themselves; a small figure by default.
+    size : of the letters, in points.
+
+    Returns
+    -------
+    the axes drawn on.
+    """
+    check_type("view", view, View, "a View such as View()")
+    check_axes(ax)
+    if ax is None:
+        ax = new_figure(TRIAD, TRIAD).add_axes((0.0, 0.0, 1.0, 1.0))
     with styled():
         for name, axis in zip("xyz", np.eye(3), strict=True):
             tip = view.project(axis)[:2]

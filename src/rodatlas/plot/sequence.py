@@ -7,6 +7,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from rodatlas.plot.heading import ARCLENGTH_LABEL, CURVATURE_LABEL, TWIST_LABEL, equation, setting_of
+from rodatlas.plot.overlaps import draw_coinciding
 from rodatlas.plot.panel import NAME_SIZE
 from rodatlas.plot.profiles import SAMPLES
 from rodatlas.plot.render import draw_triad, render_band
@@ -19,7 +21,6 @@ if TYPE_CHECKING:
 
 INCHES = 4.2
 SEQUENCE = ("#031C97", "#237EEB", "#09AF6B", "#D68A00", "#860228", "#3B2658")
-SYMBOLS = {"psi0": (r"\psi_0", r"^\circ"), "dL": (r"\Delta L", r"\,L"), "dD": (r"\Delta D", r"\,L")}
 
 
 def draw_sequence(states: Sequence[Solution], parameter: str) -> Figure:
@@ -36,38 +37,38 @@ def draw_sequence(states: Sequence[Solution], parameter: str) -> Figure:
     if not 1 <= len(states) <= len(SEQUENCE):
         raise ValueError(f"states: expected one to {len(SEQUENCE)}, got {len(states)}")
     s = np.linspace(0.0, 1.0, SAMPLES)
-    fixed = ",  ".join(_equation(states[0], name) for name in SYMBOLS if name != parameter)
     with styled():
         fig = new_figure(TWO_COLUMN, INCHES)
         panels = [fig.add_axes((0.078 + 0.497 * k, 0.108, 0.412, 0.49)) for k in range(2)]
-        fields = (("k1", r"curvature $\kappa_1$  ($1/L$)"), ("tau", r"twist $\tau$  ($1/L$)"))
+        fields = (("k1", CURVATURE_LABEL), ("tau", TWIST_LABEL))
         for letter, ax, (name, title) in zip("ab", panels, fields, strict=True):
             ax.axhline(0.0, color=FAINT, lw=0.5, zorder=0.5)
-            for color, state in zip(SEQUENCE, states, strict=False):
-                ax.plot(s, state(s, name), color=color, lw=1.3, gid=f"{state[parameter]:g}")
+            lines = [
+                ax.plot(s, state(s, name), color=color, lw=1.3, gid=f"{state[parameter]:g}")[0]
+                for color, state in zip(SEQUENCE, states, strict=False)
+            ]
             ax.set_xlim(0.0, 1.0)
-            ax.set_xlabel("arclength $s$  (units of $L$)")
+            draw_coinciding(lines, ax)
+            ax.set_xlabel(ARCLENGTH_LABEL)
             ax.set_ylabel(title, labelpad=2.0)
             ax.text(0.018, 0.965, f"({letter})", transform=ax.transAxes, va="top", ha="left")
-        fig.text(0.078, 0.965, fixed, va="center", ha="left", fontsize=9.0)
-        _draw_bands(fig, states, parameter)
+        fig.text(0.078, 0.965, setting_of(states[0], without=(parameter,)), va="center", ha="left", fontsize=9.0)
+        _draw_bands(states, parameter, fig)
         fig.draw_without_rendering()
     return fig
 
 
 def _equation(state: Solution, name: str) -> str:
     """A parameter and its value."""
-    symbol, unit = SYMBOLS[name]
-    value = float(np.degrees(state[name])) if name == "psi0" else state[name]
-    return rf"${symbol}={value:.6g}{unit}$"
+    return equation(name, float(np.degrees(state[name])) if name == "psi0" else state[name])
 
 
-def _draw_bands(fig: Figure, states: Sequence[Solution], parameter: str) -> None:
+def _draw_bands(states: Sequence[Solution], parameter: str, fig: Figure) -> None:
     """All bands at one scale, each with its value below."""
     drawings = []
     for color, state in zip(SEQUENCE, states, strict=False):
         ax = fig.add_axes((0.0, 0.0, 0.1, 0.1), label=f"band {state[parameter]:g}")
-        render_band(ax, state, color=color)
+        render_band(state, ax=ax, color=color)
         drawings.append((ax, np.ptp(ax.get_xlim()), np.ptp(ax.get_ylim())))
     page = np.array([TWO_COLUMN, INCHES])
     cell = 0.94 / len(states)
@@ -82,4 +83,4 @@ def _draw_bands(fig: Figure, states: Sequence[Solution], parameter: str) -> None
         ax.set_position((*(corner / page), *(size / page)))
         fig.text(middle, 0.65, _equation(state, parameter), color=SEQUENCE[k], ha="center", fontsize=NAME_SIZE)
     triad = fig.add_axes((0.004, 0.63, 0.07, 0.07 * TWO_COLUMN / INCHES))
-    draw_triad(triad)
+    draw_triad(ax=triad)

@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+import io
 import os
 import sys
 from contextlib import AbstractContextManager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
+
+from rodatlas.continuation.checks import check_has, check_type
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -31,6 +34,8 @@ UNNAMED = "#4A4A4A"
 INK, UNSTABLE, FAINT = "#1A1A1A", "#6E6E6E", "#DADADA"
 STABLE_WIDTH, UNSTABLE_WIDTH = 1.7, 0.65
 UNSTABLE_DASHES = (4.5, 2.2)
+# a stable state whose band touches itself: dots in its color, of the width of a stable line
+TOUCHING: dict[str, Any] = {"ls": (0, (0.01, 1.75)), "dash_capstyle": "round", "lw": STABLE_WIDTH}
 # Disks of special points. A branch point is the smaller one, so that both are seen where they nearly coincide.
 MARKER_SIZE = 4.8
 MARKERS: dict[str, dict[str, Any]] = {
@@ -75,17 +80,23 @@ RC: Any = {
 
 
 def base_name(name: str) -> str:
-    """The name of the pair for one of its members: 'US+-' for 'US+' or 'US-'; other names unchanged."""
+    """The name that one of several states has: 'US+-' for 'US+' or 'US-', 'W' for 'W:2'; other names unchanged."""
+    name = name.partition(":")[0]
     return name[:-1] + "+-" if name.endswith(("+", "-")) and not name.endswith("+-") else name
 
 
 def color_of(name: str | None) -> str:
     """Color of a named state or of a member of a pair; gray for one without a name."""
+    check_type("name", name, (str, type(None)), "the name of a state")
     return STATE_COLORS.get(base_name(name), UNNAMED) if name else UNNAMED
 
 
 def label_of(name: str) -> str:
-    """A state's name as it is printed: 'US+-' as US±, 'US-' with a true minus sign."""
+    """A state's name as it is printed: 'US+-' as US±, 'US-' with a true minus sign; the number of 'W:2' stays."""
+    check_type("name", name, str, "the name of a state")
+    name, colon, number = name.partition(":")
+    if colon:
+        return f"{label_of(name)}:{number}"
     if name.endswith("+-"):
         return name[:-2] + "±"
     return name[:-1] + "−" if name.endswith("-") else name
@@ -108,8 +119,16 @@ def new_figure(width: float, height: float) -> Figure:
     return fig
 
 
+def check_axes(ax: object) -> None:
+    """ValueError for what is no axes to draw on; None stands for new ones."""
+    if ax is not None:
+        check_has("ax", ax, ("plot", "figure"), "axes of matplotlib")
+
+
 def save_figure(fig: Figure | Axes, path: str | os.PathLike[str]) -> tuple[Path, Path]:
     """Write a figure as PNG (200 dpi) and as PDF, the same bytes for the same figure, and close it.
+
+    Each file appears at once: who reads meanwhile, or looks after a kill, finds the older one or the new one whole.
 
     Parameters
     ----------
@@ -119,14 +138,23 @@ def save_figure(fig: Figure | Axes, path: str | os.PathLike[str]) -> tuple[Path,
     Returns
     -------
     the paths of the PNG and of the PDF.
+
+    Raises
+    ------
+    OSError
+        when a file cannot be written; an older one is untouched then.
     """
+    from rodatlas.files import replace_file
+
+    check_has("fig", fig, ("figure",), "a figure or axes of matplotlib")
     figure: Any = fig.figure  # that of a figure is itself
     target = Path(path)
     stem = target.with_suffix("") if target.suffix.lower() in (".png", ".pdf") else target
-    png, pdf = (stem.parent / (stem.name + suffix) for suffix in (".png", ".pdf"))
+    png, pdf = io.BytesIO(), io.BytesIO()
     with styled():
-        figure.savefig(png, dpi=200, metadata={"Software": None})
-        figure.savefig(pdf, metadata={"CreationDate": None})
+        figure.savefig(png, format="png", dpi=200, metadata={"Software": None})
+        figure.savefig(pdf, format="pdf", metadata={"CreationDate": None})
     if "matplotlib.pyplot" in sys.modules:
         sys.modules["matplotlib.pyplot"].close(figure)
-    return png, pdf
+    one, two = (stem.parent / (stem.name + suffix) for suffix in (".png", ".pdf"))
+    return replace_file(one, png.getvalue()), replace_file(two, pdf.getvalue())

@@ -7,10 +7,12 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from rodatlas.continuation.checks import check_has
+from rodatlas.rods.band import NARROW
+from rodatlas.rods.kinematics import ribbon
+
 if TYPE_CHECKING:
     from rodatlas.continuation import Solution
-
-NARROW = 1.0 / 80.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -59,17 +61,12 @@ def band_surface(solution: Solution, width: float = NARROW, samples: int = 241) 
     width : w, in units of the length.
     samples : number of cross-sections, evenly spaced, at least 2.
     """
-    from rodatlas.rods.kinematics import directors
-
+    check_has("solution", solution, ("unknowns", "stages"), "a Solution such as state_at(Ends(15.0))")
     if not width > 0:
         raise ValueError(f"width: expected a positive number, got {width}")
     if samples < 2:
         raise ValueError(f"samples: expected at least 2, got {samples}")
     s = np.linspace(0.0, 1.0, samples)
-    fields = solution(s)
-    columns = {name: i for i, name in enumerate(solution.unknowns)}
-    q = fields[:, [columns[f"q{i}"] for i in range(4)]]
-    center = fields[:, [columns[name] for name in "xyz"]]
-    frame = np.array(directors(q / np.linalg.norm(q, axis=1, keepdims=True)))
+    center, frame = ribbon(solution, s)
     half = 0.5 * width * frame[0]
     return BandSurface(s, np.stack([center - half, center + half], axis=1), frame, width)

@@ -1,7 +1,8 @@
 """Rods and bands: from a physical description to boundary value problems, states and their stability."""
 
-from rodatlas.rods.band import Band, bending_ratio, limiting_shear
+from rodatlas.rods.band import NARROW, Band, bending_ratio, limiting_shear
 from rodatlas.rods.conjugate_points import IndexResult, index_nodes, morse_index
+from rodatlas.rods.contact import Contact, self_contact
 from rodatlas.rods.ends import Ends
 from rodatlas.rods.modes import Mode, critical_mode, critical_modes
 from rodatlas.rods.perfectly_anisotropic import from_reduced, reduced_problem, rod_problem, to_reduced
@@ -26,9 +27,9 @@ from rodatlas.rods.units import BandUnits, ClampErrors
 from rodatlas.rods.width import width_effect
 
 __all__ = [
-    "Band", "BandUnits", "ClampErrors", "Ends", "IndexResult", "Mode", "RodState", "SecondVariationResult", "asymmetry",
-    "bending_ratio", "critical_mode", "critical_modes", "from_reduced", "half_twist", "index_nodes", "index_of",
-    "is_symmetric", "is_twisted", "limiting_shear", "mirror_angle", "mirror_shear", "morse_index", "pair_member",
-    "planar_states", "plus_member", "reduced_problem", "reverse", "rod_problem", "second_variation_index", "state_at",
-    "to_reduced", "twisted_states", "width_effect",
+    "NARROW", "Band", "BandUnits", "ClampErrors", "Contact", "Ends", "IndexResult", "Mode", "RodState",
+    "SecondVariationResult", "asymmetry", "bending_ratio", "critical_mode", "critical_modes", "from_reduced",
+    "half_twist", "index_nodes", "index_of", "is_symmetric", "is_twisted", "limiting_shear", "mirror_angle",
+    "mirror_shear", "morse_index", "pair_member", "planar_states", "plus_member", "reduced_problem", "reverse",
+    "rod_problem", "second_variation_index", "self_contact", "state_at", "to_reduced", "twisted_states", "width_effect",
 ]  # fmt: skip

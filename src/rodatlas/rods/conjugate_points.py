@@ -42,6 +42,8 @@ from functools import lru_cache
 import numpy as np
 import numpy.typing as npt
 
+from rodatlas.continuation.checks import as_array
+
 Array = npt.NDArray[np.float64]
 
 STAGES = 3
@@ -130,7 +132,7 @@ def index_nodes(mesh: npt.ArrayLike, per_interval: int = 1) -> Array:
     -------
     ndarray, shape (3 n per_interval,)
     """
-    edges = np.asarray(mesh, dtype=np.float64)
+    edges = as_array("mesh", mesh)
     if edges.ndim != 1 or edges.size < 2 or edges[0] != 0.0 or edges[-1] != 1.0 or np.any(np.diff(edges) <= 0.0):
         got = np.array2string(edges, threshold=6)
         raise ValueError(f"mesh: expected an increasing sequence from 0 to 1, got {got}")
@@ -186,7 +188,7 @@ def _checked(s: Array, **fields: npt.ArrayLike) -> list[Array]:
     """The vector fields as finite float64 arrays of shape (K, 3)."""
     arrays = []
     for name, field in fields.items():
-        array = np.asarray(field, dtype=np.float64)
+        array = as_array(name, field)
         if array.shape != (s.size, 3):
             raise ValueError(f"{name}: expected shape ({s.size}, 3), got {array.shape}")
         if not np.all(np.isfinite(array)):
@@ -197,7 +199,7 @@ def _checked(s: Array, **fields: npt.ArrayLike) -> list[Array]:
 
 def _compliances(compliance: npt.ArrayLike, count: int) -> tuple[Array, bool]:
     """The compliance at every node (K, 3, 3), and whether it is positive semidefinite there."""
-    matrix = np.asarray(compliance, dtype=np.float64)
+    matrix = as_array("compliance", compliance)
     if matrix.shape not in ((3, 3), (count, 3, 3)):
         raise ValueError(f"compliance: expected shape (3, 3) or ({count}, 3, 3), got {matrix.shape}")
     size = np.abs(matrix).max(initial=0.0)
@@ -282,7 +284,7 @@ def morse_index(
     """
     from rodatlas.rods._conjugate_kernel import count_crossings
 
-    s = np.asarray(s, dtype=np.float64)
+    s = as_array("s", s)
     steps, edges = _steps_of(s)
     force, moment, strain = _checked(s, force=force, moment=moment, strain=strain)
     compliance, definite = _compliances(compliance, s.size)

@@ -5,7 +5,9 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
-from rodatlas.rods.band import check_between, check_number, limiting_shear
+from rodatlas.rods.band import check_between, check_compression, check_number, limiting_shear
+
+ENDS = "Ends such as Ends(15.0)"  # what errors say of arguments that are none
 
 
 @dataclass(frozen=True)
@@ -25,7 +27,7 @@ class Ends:
 
     def __post_init__(self) -> None:
         check_number("angle", self.angle_deg, -180.0, 180.0, "degrees between -180 and 180")
-        check_between("compression", self.compression, 0.0, 1.0, "a number between 0 and 1 (exclusive)")
+        check_compression(self.compression)
         limit = limiting_shear(self.compression)
         what = f"a number of size below {limit:.6f}, the limit for compression {self.compression:g}"
         check_between("shear", self.shear, -limit, limit, what)

@@ -3,9 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
+
+if TYPE_CHECKING:
+    from rodatlas.continuation import Solution
 
 
 def directors(q: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -20,6 +23,14 @@ def director_components(q0: Any, q1: Any, q2: Any, q3: Any) -> tuple[list[Any], 
     d2 = [2 * (q1 * q2 - q0 * q3), 2 * (q0 * q0 + q2 * q2) - 1, 2 * (q2 * q3 + q0 * q1)]
     d3 = [2 * (q1 * q3 + q0 * q2), 2 * (q2 * q3 - q0 * q1), 2 * (q0 * q0 + q3 * q3) - 1]
     return d1, d2, d3
+
+
+def ribbon(solution: Solution, s: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Center line (n, 3) and directors (3, n, 3) of a solution with unknowns q0..q3, x, y, z at some s (n,)."""
+    fields, columns = solution(s), {name: i for i, name in enumerate(solution.unknowns)}
+    q = fields[:, [columns[f"q{i}"] for i in range(4)]]
+    center = fields[:, [columns[name] for name in "xyz"]]
+    return center, np.array(directors(q / np.linalg.norm(q, axis=1, keepdims=True)))
 
 
 def quaternion_rate(q: Sequence[Any], k1: Any, k2: Any, tau: Any) -> list[Any]:

@@ -27,7 +27,7 @@ from rodatlas.continuation.gauss import gauss_scheme
 from rodatlas.continuation.isotropy import isotropy
 from rodatlas.rods.conjugate_points import jacobi_coefficients
 from rodatlas.rods.kinematics import directors
-from rodatlas.rods.perfectly_anisotropic import rod_problem
+from rodatlas.rods.perfectly_anisotropic import check_rod, rod_problem
 
 Array = npt.NDArray[np.float64]
 
@@ -106,6 +106,7 @@ def critical_mode(solution: Solution) -> Mode:
     ValueError
         when the modes cannot be computed (see :func:`critical_modes`).
     """
+    check_rod(solution)
     return critical_modes(solution, 1)[0]
 
 
@@ -120,6 +121,7 @@ def critical_modes(solution: Solution, count: int = 1) -> tuple[Mode, ...]:
         when `count` is not positive, or the eigenvalues do not converge, which a straight or nearly straight rod can
         cause.
     """
+    check_rod(solution)
     if not 1 <= count <= 20:
         raise ValueError(f"count: expected 1 to 20, got {count}")
     inverse = _Inverse(solution)

@@ -7,6 +7,7 @@ unknowns (q, X) and the six constants that balance without body force leaves. So
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 from functools import lru_cache
 from typing import Any
@@ -14,6 +15,7 @@ from typing import Any
 import numpy as np
 
 from rodatlas.continuation import BVP, Solution, end_value, integral_of
+from rodatlas.continuation.checks import check_type
 from rodatlas.continuation.symmetry import Symmetry
 from rodatlas.rods.kinematics import clamp_residual, director_components, directors, quaternion_rate
 
@@ -109,8 +111,17 @@ def reduced_problem() -> BVP:
     )  # fmt: skip
 
 
+def check_rod(solution: object, names: Sequence[str] = UNKNOWNS) -> None:
+    """Raise ValueError for what is no solution of :func:`rod_problem`, or of another problem with some names."""
+    check_type("solution", solution, Solution, "a Solution such as state_at(Ends(15.0))")
+    assert isinstance(solution, Solution)
+    if not {*names} <= {*solution.unknowns, *solution.parameter_names}:
+        raise ValueError(f"solution: expected one with {', '.join(names)}, got one with {', '.join(solution.unknowns)}")
+
+
 def to_reduced(solution: Solution) -> Solution:
     """The same state as a solution of :func:`reduced_problem`."""
+    check_rod(solution)
     frame = np.array(directors(solution.values[0, 6:10]))
     n1, n2, n3, m2, k1, tau = solution.values[0, :6]
     force = np.array([n1, n2, n3]) @ frame
@@ -125,6 +136,7 @@ def to_reduced(solution: Solution) -> Solution:
 
 def from_reduced(solution: Solution) -> Solution:
     """The same state as a solution of :func:`rod_problem`."""
+    check_rod(solution, (*REDUCED_UNKNOWNS, *CONSTANTS))
     p = dict(zip(solution.parameter_names, solution.parameters, strict=True))
     force = np.array([p[k] for k in CONSTANTS[:3]])
     moment = np.array([p[k] for k in CONSTANTS[3:]])

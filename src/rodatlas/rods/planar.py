@@ -23,6 +23,7 @@ from rodatlas.continuation import (
     solve,
     trace,
 )
+from rodatlas.rods.band import check_setting
 from rodatlas.rods.perfectly_anisotropic import rod_problem
 from rodatlas.rods.symmetry import mirror_angle
 
@@ -58,6 +59,7 @@ def planar_states(
     -------
     dict from name to solution, and why the search ended before it had all three ('' when it has them).
     """
+    check_setting(a, angle, compression)
     options = _options(tolerance)
     here = solve(rod_problem(), circle(a), ("dL",), options)
     found: dict[str, Solution] = {}

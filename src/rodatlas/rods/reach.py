@@ -3,12 +3,19 @@
 from __future__ import annotations
 
 import math
+from numbers import Real
 
 from rodatlas.continuation import EndReason, MeshControl, Solution, TraceOptions, trace
+from rodatlas.continuation.checks import check_type
+from rodatlas.failures import Failure
 from rodatlas.rods.band import Band, bending_ratio
-from rodatlas.rods.ends import Ends
+from rodatlas.rods.ends import ENDS, Ends
 from rodatlas.rods.perfectly_anisotropic import rod_problem
 from rodatlas.rods.planar import PLANAR, planar_states
+
+
+class NotReached(Failure, ValueError):
+    """A state that is not on its branch at a setting, or that the branch does not lead to."""
 
 
 def state_at(ends: Ends, family: str = "U", band: Band | float = 0.25, tolerance: float = 1e-8) -> Solution:
@@ -26,15 +33,19 @@ def state_at(ends: Ends, family: str = "U", band: Band | float = 0.25, tolerance
 
     Raises
     ------
+    NotReached
+        a ValueError, when the family does not exist at the angle, or its branch turns back before the shear.
     ValueError
-        when the family does not exist at the angle, or its branch turns back before the shear.
+        for another family.
     """
+    check_type("ends", ends, Ends, ENDS)
+    check_type("band", band, (Band, Real), "a Band, or Poisson's ratio")
     if family not in PLANAR:
         raise ValueError(f"family: expected one of {', '.join(PLANAR)}, got '{family}'")
     a = band.a if isinstance(band, Band) else bending_ratio(band)
     states, missing = planar_states(a, ends.angle, ends.compression, tolerance)
     if family not in states:
-        raise ValueError(f"angle: expected one at which {family} exists, got {ends.angle_deg:g} ({missing})")
+        raise NotReached(f"angle: expected one at which {family} exists, got {ends.angle_deg:g} ({missing})")
     start = states[family]
     if ends.shear == 0.0:
         return start
@@ -48,7 +59,7 @@ def state_at(ends: Ends, family: str = "U", band: Band | float = 0.25, tolerance
         folds = branch.of_kind("fold")
         limit = folds[0].solution["dD"] if folds else end["dD"]
         why = "turns back at a fold" if folds else f"ends ({branch.ends[1].value})"
-        raise ValueError(
+        raise NotReached(
             f"shear: expected a value short of {limit:.6g}, where the branch of {family} {why}, got {ends.shear:g}"
         )
     return end

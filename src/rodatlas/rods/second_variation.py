@@ -27,6 +27,8 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
+from rodatlas.continuation.checks import as_array
+
 Array = npt.NDArray[np.float64]
 
 # vec(conj(q) r)_k = q . PRODUCT[k] r for quaternions q, r.
@@ -301,8 +303,8 @@ def second_variation_index(
     ValueError
         If a shape or a number is not as described.
     """
-    s, q = np.asarray(s, np.float64), np.asarray(quaternion, np.float64)
-    x, w = np.asarray(position, np.float64), np.asarray(strain, np.float64)
+    s, q = as_array("s", s), as_array("quaternion", quaternion)
+    x, w = as_array("position", position), as_array("strain", strain)
     if s.ndim != 1 or s.size < 2 or s[0] != 0.0 or s[-1] != 1.0 or np.any(np.diff(s) <= 0.0):
         raise ValueError(f"s: expected an increasing sequence from 0 to 1, got {np.array2string(s, threshold=6)}")
     for name, field, width in (("quaternion", q, 4), ("position", x, 3), ("strain", w, 3)):

@@ -6,6 +6,7 @@ import numpy as np
 
 from rodatlas.continuation import Solution
 from rodatlas.rods.conjugate_points import IndexResult, index_nodes, morse_index
+from rodatlas.rods.perfectly_anisotropic import check_rod
 
 
 def index_of(solution: Solution, per_interval: int = 2, most: int = 32) -> IndexResult:
@@ -21,6 +22,7 @@ def index_of(solution: Solution, per_interval: int = 2, most: int = 32) -> Index
     -------
     the index (0: stable) with its margin and what speaks against it, if anything.
     """
+    check_rod(solution)
     result = _count(solution, per_interval)
     while result.index < 0 and per_interval < most:
         per_interval *= 2

@@ -9,6 +9,7 @@ import numpy as np
 
 from rodatlas.continuation import Solution
 from rodatlas.rods.kinematics import directors
+from rodatlas.rods.perfectly_anisotropic import check_rod
 from rodatlas.rods.symmetry import asymmetry, is_symmetric
 
 
@@ -20,6 +21,9 @@ class RodState:
     """
 
     solution: Solution
+
+    def __post_init__(self) -> None:
+        check_rod(self.solution)
 
     def __repr__(self) -> str:
         sol = self.solution

@@ -25,26 +25,30 @@ import numpy as np
 
 from rodatlas.continuation import Solution
 from rodatlas.continuation.isotropy import image
-from rodatlas.rods.perfectly_anisotropic import rod_problem
+from rodatlas.rods.perfectly_anisotropic import check_rod, rod_problem
 
 
 def reverse(solution: Solution) -> Solution:
     """The reversed solution: the other member of a +/- pair, or the solution itself when it is symmetric."""
+    check_rod(solution)
     return image(rod_problem(), "reversal", solution)
 
 
 def mirror_angle(solution: Solution) -> Solution:
     """The solution with psi0 -> -psi0 and y -> -y (a state of the W family from one of the U family)."""
+    check_rod(solution)
     return image(rod_problem(), "angle mirror", solution)
 
 
 def mirror_shear(solution: Solution) -> Solution:
     """The solution with dD -> -dD and z -> -z."""
+    check_rod(solution)
     return image(rod_problem(), "shear mirror", solution)
 
 
 def asymmetry(solution: Solution, samples: int = 21) -> float:
     """Largest difference of k1 and tau between a solution and its reversal, relative to the largest strain."""
+    check_rod(solution)
     s = np.linspace(0.0, 0.5, samples)
     columns = [solution.unknowns.index("k1"), solution.unknowns.index("tau")]
     strains = solution(np.concatenate([s, 1.0 - s]))[:, columns]
@@ -54,11 +58,13 @@ def asymmetry(solution: Solution, samples: int = 21) -> float:
 
 def is_symmetric(solution: Solution, tolerance: float = 1e-5) -> bool:
     """Whether a solution equals its reversal."""
+    check_rod(solution)
     return asymmetry(solution) < tolerance
 
 
 def half_twist(solution: Solution) -> float:
     """Angle in radians by which the middle is twisted against both clamps, the mean of the two; 0 where symmetric."""
+    check_rod(solution)
     tau = solution.stages[..., solution.unknowns.index("tau")]
     return solution.mean(np.sign(0.5 - solution.gauss_points()) * tau) / 2
 
@@ -69,6 +75,7 @@ def is_twisted(solution: Solution) -> bool:
     Or by more than a right angle, and k1 has four inflections or more. Stable TU and TW have 2.5 to 3.2 rad; other
     stable states at dL = 1/2 less than 2, and two or three inflections.
     """
+    check_rod(solution)
     twist = abs(half_twist(solution))
     if not np.pi / 2 < twist < 3 * np.pi / 4:
         return twist >= 3 * np.pi / 4
@@ -84,6 +91,7 @@ def pair_member(solution: Solution) -> str:
     strongly twisted states is even at dD = 0: there + is the member whose first half is twisted against the side on
     which the rod lies (half twist and height of opposite sign), which is the same at small positive shear.
     """
+    check_rod(solution)
     if is_twisted(solution):
         height = solution.mean(solution.stages[..., solution.unknowns.index("y")])
         return "+" if half_twist(solution) * height <= 0 else "-"
@@ -97,4 +105,5 @@ def pair_member(solution: Solution) -> str:
 
 def plus_member(solution: Solution) -> Solution:
     """The member + of a pair: the solution or its reversal."""
+    check_rod(solution)
     return solution if pair_member(solution) == "+" else reverse(solution)

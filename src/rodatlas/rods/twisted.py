@@ -18,6 +18,7 @@ from typing import NamedTuple
 import numpy as np
 
 from rodatlas.continuation import MeshControl, NotConverged, Solution, TraceOptions, solve
+from rodatlas.rods.band import check_setting
 from rodatlas.rods.kinematics import directors
 from rodatlas.rods.perfectly_anisotropic import rod_problem
 from rodatlas.rods.stability import index_of
@@ -55,6 +56,7 @@ def twisted_states(
     -------
     dict from name to solution, and the names of those that the descent does not reach ('' when it reaches both).
     """
+    check_setting(a, angle, compression)
     found: dict[str, Solution] = {}
     for name, side in zip(TWISTED, (1.0, -1.0), strict=True):
         for bending in BENDING:

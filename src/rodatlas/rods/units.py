@@ -5,9 +5,12 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
-from rodatlas.rods.band import Band, check_between, limiting_shear
+from rodatlas.continuation.checks import check_type
+from rodatlas.rods.band import LENGTHS, Band, check_compression, check_number, limiting_shear
 
 STANDARD_GRAVITY = 9.80665  # m/s^2
+MODULI = (1e-9, 1e6)  # GPa; gels have 1e-6, diamond has 1.2e3
+DENSITIES = (1e-3, 1e5)  # kg/m^3; aerogels have 1, osmium has 2.3e4
 
 
 @dataclass(frozen=True)
@@ -36,11 +39,14 @@ class BandUnits:
     density: float | None = None
 
     def __post_init__(self) -> None:
-        check_between("compression", self.compression, 0.0, 1.0, "a number between 0 and 1 (exclusive)")
+        check_type("band", self.band, Band, "a Band such as Band(240.0, 3.0, 0.127)")
+        check_compression(self.compression)
         if self.young is not None:
-            check_between("modulus", self.young, 0.0, math.inf, "a positive Young's modulus in GPa")
+            what = f"a positive Young's modulus in GPa, from {MODULI[0]:g} to {MODULI[1]:g}"
+            check_number("modulus", self.young, *MODULI, what)
         if self.density is not None:
-            check_between("density", self.density, 0.0, math.inf, "a positive density in kg/m^3")
+            what = f"a positive density in kg/m^3, from {DENSITIES[0]:g} to {DENSITIES[1]:g}"
+            check_number("density", self.density, *DENSITIES, what)
 
     @property
     def limit(self) -> float:
@@ -102,8 +108,9 @@ class ClampErrors:
     displacement: float = 0.5
 
     def __post_init__(self) -> None:
-        check_between("angle error", self.angle_deg, -1e-300, 90.0, "degrees of at least 0 and below 90")
-        check_between("displacement error", self.displacement, -1e-300, math.inf, "a length in mm of at least 0")
+        below = math.nextafter(90.0, 0.0)
+        check_number("angle error", self.angle_deg, 0.0, below, "degrees of at least 0 and below 90")
+        check_number("displacement error", self.displacement, 0.0, LENGTHS[1], "a length in mm of at least 0")
 
     def of_shear(self, units: BandUnits) -> float:
         """Error of a measured shear [L]: that of the displacement."""

@@ -30,6 +30,9 @@ def species(keys: np.ndarray) -> np.ndarray:
     return first
 
 
+FEW = 10  # solutions from which on the estimates below mean anything
+
+
 def unseen(counts: np.ndarray) -> tuple[float, float]:
     """Estimated number of states not met, and probability that one more solution is a new state.
 

@@ -8,13 +8,14 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from rodatlas.continuation import MeshControl, NotConverged, Solution, TraceOptions, solve
+from rodatlas.continuation.checks import check_type
 from rodatlas.progress import Progress, tells
-from rodatlas.rods.band import bending_ratio, check_between
-from rodatlas.rods.ends import Ends
+from rodatlas.rods.band import bending_ratio, check_between, check_whole, limiting_shear, near_limit
+from rodatlas.rods.ends import ENDS, Ends
 from rodatlas.rods.perfectly_anisotropic import rod_problem
 from rodatlas.rods.stability import index_of
 from rodatlas.rods.symmetry import is_symmetric, pair_member, reverse
-from rodatlas.states.census import invariants, species, unseen
+from rodatlas.states.census import FEW, invariants, species, unseen
 from rodatlas.states.deflate import deflated
 from rodatlas.states.result import Discovery, FoundState
 from rodatlas.states.search import default_threads, hunt
@@ -101,15 +102,14 @@ def find_states(
     ValueError
         when an argument is out of range.
     """
+    check_type("ends", ends, Ends, ENDS)
     if classes not in CLASSES:
         raise ValueError(f"class: expected +, - or both, got '{classes}'")
-    if deflate < 0:
-        raise ValueError(f"deflate: expected at least 0, got {deflate}")
-    if starts is not None and starts < 1:
-        raise ValueError(f"starts: expected at least 1, got {starts}")
+    check_whole("deflate", deflate, 0, "a whole number of at least 0")
+    for name, number in (("starts", starts), ("threads", threads)):
+        if number is not None:
+            check_whole(name, number, 1, "a whole number of at least 1")
     threads = default_threads() if threads is None else threads
-    if threads < 1:
-        raise ValueError(f"threads: expected at least 1, got {threads}")
     if force_range is not None:
         check_between("force range", force_range, 0.0, np.inf, "a positive number")
     a = bending_ratio(poisson)
@@ -149,6 +149,8 @@ def _stable(
         number, chance = _unseen(census, True, wound)
         if starts or done >= MOST_STARTS or (number <= UNSEEN and chance <= CHANCE):
             return rounds
+        if not any(census.states.values()):
+            return rounds  # as many starts again would find nothing either
         goal = 2 * done
 
 
@@ -186,7 +188,8 @@ def _collected(
     found = sorted((s for states in kept for s in states), key=lambda s: (s.cls, s.solution["energy"], s.pair or ""))
     names = names_of([(s.solution, s.cls, s.index, s.pair or "") for s in found])
     found = [replace(s, name=name) for s, name in zip(found, names, strict=True)]
-    number, chance = unseen(np.array([states[0].count for states in kept], dtype=int))
+    counts = np.array([states[0].count for states in kept], dtype=int)
+    number, chance = unseen(counts) if counts.sum() >= FEW else (None, None)
     return Discovery(
         ends, tuple(found), poisson=poisson, starts=sum(r[-1] for r in rounds),
         converged=sum(sum(c.counts.values()) for c in parts), distinct=len(kept),
@@ -194,7 +197,47 @@ def _collected(
         rounds=max((tuple(r) for r in rounds), key=lambda r: r[-1]),
         wound_left_out=0 if wound else sum(c.wound(stable_only) for c in parts),
         dropped=sum(not s for c in parts for s in c.states.values()),
+        warnings=_doubts(ends, parts, rounds, counts, [len(c.kept(stable_only, wound)) for c in parts]),
     )  # fmt: skip
+
+
+def _doubts(ends: Ends, parts: list[_Census], rounds: list[list[int]], counts: np.ndarray,
+            listed: list[int]) -> tuple[str, ...]:  # fmt: skip
+    """What makes a list of states doubtful, in words.
+
+    Parameters
+    ----------
+    rounds : of each class.
+    counts : how often each state that is listed was met.
+    listed : number of states of each class that are listed, a +/- pair counted once.
+    """
+    found = []
+    for census, done, shown in zip(parts, rounds, listed, strict=True):
+        cls, met = "+" if census.sign > 0 else "-", sum(census.counts.values())
+        lost = sum(not s for s in census.states.values())
+        if lost and lost == len(census.states):
+            said = f"class {cls}: none of {lost} different solutions of {done[-1]} starts was confirmed by collocation"
+            found.append(f"search: {said}: {_advice(ends)}")
+        elif not met:
+            found.append(f"search: class {cls}: none of {done[-1]} starts converged: {_advice(ends)}")
+        elif not shown:
+            found.append(f"search: class {cls}: all that {done[-1]} starts met is wound up or not stable, so that no "
+                         "state of it is listed: raise the number of starts")  # fmt: skip
+        elif lost:
+            found.append(f"search: class {cls}: {lost} of {len(census.states)} different solutions were not confirmed "
+                         "by collocation and are missing from the list")  # fmt: skip
+    total = int(counts.sum())
+    if total < FEW and any(census.counts for census in parts):
+        found.append(f"search: the states listed were met {total} times in all, too few to tell how many were not met: "
+                     "raise the number of starts")  # fmt: skip
+    near = near_limit(ends.shear, ends.compression)
+    return (*found, near) if near else tuple(found)
+
+
+def _advice(ends: Ends) -> str:
+    """What to do about a search that found nothing."""
+    part = abs(ends.shear) / limiting_shear(ends.compression)
+    return f"raise the number of starts, or keep away from the limiting shear (this shear is {part:.3f} of it)"
 
 
 def _confirmed(shots: Shots, row: int, a: float, ends: Ends, sign: int, tolerance: float) -> list[FoundState]:

@@ -4,7 +4,8 @@ A stable segment is a stretch of a branch on which every state is stable. The ru
 
 * reversal-broken and strongly twisted (:func:`rodatlas.rods.symmetry.is_twisted`): `TU+-` above the clamp plane,
   `TW+-` below it;
-* reversal-symmetric, containing dD = 0: `U` where the height is positive there, `W` where it is negative;
+* reversal-symmetric, containing dD = 0: `other` where the band is curled up there
+  (:func:`rodatlas.states.winding.is_curled`), `U` where the height is positive, `W` where it is negative;
 * a segment that starts as U and goes on without a bifurcation through a dimple is cut at these changes of shape into
   U, w and uUui (the paper's U-w and U-w-uUui); the cuts are ends of kind 'smooth';
 * `other`, none of the named ones, where halfway along the segment k1 has fewer than two inflections or the band is
@@ -26,13 +27,15 @@ from typing import NamedTuple
 import numpy as np
 
 from rodatlas.continuation import Solution
+from rodatlas.continuation.checks import check_each
+from rodatlas.rods.perfectly_anisotropic import check_rod
 from rodatlas.rods.state import RodState
 from rodatlas.rods.symmetry import is_twisted
-from rodatlas.states.winding import is_wound
+from rodatlas.states.winding import is_curled, is_wound
 
 NAMES = ("U", "US+-", "uUu", "w", "wi", "W", "WS+-", "uUui", "S+-", "TU+-", "TW+-")
 OTHER = "other"
-"""A stable state that is none of the named ones: some exist at other compressions than 1/2."""
+"""A stable state that is none of the named ones: some exist at other compressions than 1/2, or at steep angles."""
 ZERO_HEIGHT = 1e-6
 
 
@@ -46,6 +49,7 @@ class Part(NamedTuple):
 
 def middle_curvature(solution: Solution) -> float:
     """k1 at s = 1/2 [1/L]."""
+    check_rod(solution)
     return float(solution(0.5, "k1")[0])
 
 
@@ -58,6 +62,7 @@ def name_parts(solutions: Sequence[Solution], symmetric: bool, inverted: bool = 
     symmetric : whether they are reversal-symmetric.
     inverted : whether their branch is that of W.
     """
+    check_each("solutions", solutions, Solution, "a sequence of Solutions")
     last = len(solutions) - 1
     halfway = solutions[last // 2]
     height = np.array([s.observables["height"] for s in solutions])
@@ -66,6 +71,8 @@ def name_parts(solutions: Sequence[Solution], symmetric: bool, inverted: bool = 
     if not symmetric and is_twisted(halfway):
         return [Part("TU+-" if halfway["height"] > 0 else "TW+-", 0, last)]
     if symmetric and shear[0] <= 0.0 <= shear[-1]:
+        if is_curled(solutions[int(np.argmin(np.abs(shear)))]):
+            return [Part(OTHER, 0, last)]
         if np.interp(0.0, shear, height) < 0:
             return [Part("W", 0, last)]
         return _dimpled(np.where(shear < 0.0, np.abs(bend), bend), last)

@@ -3,13 +3,21 @@
 from __future__ import annotations
 
 import math
+from collections import Counter
 from dataclasses import dataclass
-from typing import Any
+from functools import cached_property
+from typing import TYPE_CHECKING, Any
 
 from rodatlas.continuation import Solution
+from rodatlas.rods.band import NARROW
+from rodatlas.rods.contact import Contact, self_contact, width_text
 from rodatlas.rods.ends import Ends
 from rodatlas.rods.state import RodState
+from rodatlas.states.labels import chosen, in_order, labels, look, parse_label, slope
 from rodatlas.states.winding import is_wound, twist
+
+if TYPE_CHECKING:
+    from rodatlas.continuation.table import Table
 
 SCHEMA = "rodatlas/states/1"
 
@@ -60,6 +68,11 @@ class FoundState:
         """Whether the band is wound up (:func:`rodatlas.states.single.is_wound`)."""
         return is_wound(self.solution, self.cls)
 
+    @cached_property
+    def contact(self) -> Contact | None:
+        """Where a band of width :data:`rodatlas.rods.band.NARROW` passes through itself, None where it does not."""
+        return self_contact(self.solution)
+
     def to_json(self) -> dict[str, Any]:
         """The state as in schema rodatlas/states/1; N0, M0 in body components at s = 0."""
         rod = RodState(self.solution)
@@ -69,7 +82,8 @@ class FoundState:
             "height": rod.height, "energy": rod.energy, "symmetric": self.pair is None, "pair": self.pair,
             "N0": rod.force[0].tolist(), "M0": rod.moment[0].tolist(), "inflections": rod.inflections,
             "twist": self.twist, "turns": self.turns, "wound": self.wound, "met": self.count,
-            "error": self.solution.error,
+            "error": self.solution.error, "contact": self.contact is not None,
+            "contact_at": list(self.contact.s) if self.contact else [],
         }  # fmt: skip
 
 
@@ -81,13 +95,16 @@ class Discovery:
     ----------
     starts, converged : numbers over all classes searched; the latter counts solutions within the force range.
     distinct : different states listed, a +/- pair counted once.
-    unseen_estimate, unseen_probability : see :func:`rodatlas.states.census.unseen`, over the states listed.
+    unseen_estimate, unseen_probability : see :func:`rodatlas.states.census.unseen`, over the states listed; None where
+        these were met fewer than :data:`rodatlas.states.census.FEW` times in all.
     force_range : states of larger |N| were left out, None when none was.
     dropped : solutions that collocation did not confirm.
     poisson : Poisson's ratio.
     rounds : starts for each class after each round of the search.
     wound_left_out : wound-up states that were met but are not listed, a pair counted once.
     deflated : states that deflation added (a pair counted once; each has count 0), and its attempts; None without it.
+    warnings : what makes the list doubtful, 'search: ...' where the search itself did not do its work; empty when all
+        is well.
     """
 
     ends: Ends
@@ -95,29 +112,78 @@ class Discovery:
     starts: int
     converged: int
     distinct: int
-    unseen_estimate: float
-    unseen_probability: float
+    unseen_estimate: float | None
+    unseen_probability: float | None
     force_range: float | None
     dropped: int = 0
     poisson: float = 0.25
     rounds: tuple[int, ...] = ()
     wound_left_out: int = 0
     deflated: tuple[int, int] | None = None
+    warnings: tuple[str, ...] = ()
 
     def __repr__(self) -> str:
         stable = sum(s.stable for s in self.states)
         return f"Discovery({len(self.states)} states, {stable} stable; {self.converged} of {self.starts} converged)"
 
+    @property
+    def failed(self) -> bool:
+        """Whether the search found nothing at all: it says nothing about which states exist."""
+        return not self.states and not self.wound_left_out
+
+    @property
+    def remarks(self) -> tuple[str, ...]:
+        """What a reader of the list should know: the warnings, stable states that pass through themselves, and names
+        that several states have."""
+        found = [*self.warnings]
+        called = [label for label, s in zip(self.labels, self.states, strict=True) if s.stable and s.contact]
+        if called:
+            unnamed = called.count(None)
+            names = [*(label for label in called if label), *([f"{unnamed} without a name"] if unnamed else [])]
+            found.append(f"contact: a band {width_text(NARROW)} wide passes through itself in stable states "
+                         f"({', '.join(names)}); forces of contact are not modeled")  # fmt: skip
+        shared = Counter(s.name for s in self.states if s.name)
+        found += [f"names: {n} states are called {name}, numbered in order of energy" for name, n in shared.items()
+                  if n > 1]  # fmt: skip
+        return tuple(found)
+
+    @property
+    def labels(self) -> tuple[str | None, ...]:
+        """What each state is called: its name, numbered ('W:2') where others share it, see
+        :mod:`rodatlas.states.labels`."""
+        energies = [s.solution["energy"] for s in self.states]
+        return tuple(labels([s.name for s in self.states], energies, [slope(s.solution) for s in self.states]))
+
+    def all_named(self, name: str) -> tuple[FoundState, ...]:
+        """All states of a name, in the order of their numbers; of 'US', 'US+' or 'US-' that member of each pair.
+
+        Raises
+        ------
+        ValueError
+            when there is no such name.
+        """
+        wanted = parse_label(name)
+        fitting = [s for s in self.states if s.name == wanted.member]
+        order = in_order([s.solution["energy"] for s in fitting], [slope(s.solution) for s in fitting])
+        return tuple(fitting[i] for i in order)
+
     def named(self, name: str) -> FoundState | None:
-        """The state of least energy with a name, such as 'US+'."""
-        fitting = [s for s in self.states if s.name == name]
-        return min(fitting, key=lambda s: s.solution["energy"], default=None)
+        """The state that a label means, such as 'US+', or 'W:2' where several are called W; None when there is none.
+
+        Raises
+        ------
+        ValueError
+            when there is no such name, or several states have it and no number tells which is meant.
+        """
+        wanted = parse_label(name)
+        return chosen(wanted, [(s, look(s.solution)) for s in self.all_named(wanted.member)])
 
     def to_json(self) -> dict[str, Any]:
         deflation = None if self.deflated is None else {"found": self.deflated[0], "attempts": self.deflated[1]}
         return {
             "schema": SCHEMA, "angle_deg": self.ends.angle_deg, "shear": self.ends.shear,
-            "compression": self.ends.compression, "poisson": self.poisson, "states": [s.to_json() for s in self.states],
+            "compression": self.ends.compression, "poisson": self.poisson, "warnings": list(self.remarks),
+            "states": [s.to_json() | {"label": label} for s, label in zip(self.states, self.labels, strict=True)],
             "search": {
                 "starts": self.starts, "converged": self.converged, "distinct": self.distinct,
                 "unseen_estimate": self.unseen_estimate, "unseen_probability": self.unseen_probability,
@@ -125,3 +191,13 @@ class Discovery:
                 "dropped": self.dropped, "deflation": deflation,
             },
         }  # fmt: skip
+
+    def to_frame(self) -> Table:
+        """A table with one row for each state: what is in the JSON but for N0 and M0. Lengths in L."""
+        from rodatlas.continuation.table import Table
+
+        rows = []
+        for row in (state.to_json() for state in self.states):
+            inflections = {f"inflections_{name}": count for name, count in row.pop("inflections").items()}
+            rows.append({name: value for name, value in row.items() if name not in ("N0", "M0")} | inflections)
+        return Table(rows)

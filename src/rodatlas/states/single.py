@@ -11,7 +11,7 @@ from rodatlas.rods.stability import morse_index_of
 from rodatlas.rods.state import RodState
 from rodatlas.rods.symmetry import is_twisted
 from rodatlas.states.names import ZERO_HEIGHT, middle_curvature
-from rodatlas.states.winding import is_wound
+from rodatlas.states.winding import is_curled, is_wound
 
 SHEAR_STEP = 1e-4  # of the difference quotient that tells w from uUui
 
@@ -24,9 +24,12 @@ def names_of(states: Sequence[tuple[Solution, str, int, str]]) -> list[str | Non
 
     * reversal-broken and strongly twisted: TU+- or TW+- by height; other broken ones with two inflections of k1 or more
       US+-, WS+- or S+- by height;
-    * symmetric with k1(1/2) > 0: uUu with four inflections of k1, U with two;
+    * symmetric with k1(1/2) > 0: U with two inflections of k1; with four uUu, or wi below the clamp plane;
     * symmetric with k1(1/2) < 0: W with two inflections below the clamp plane; otherwise w where k1(1/2) falls as the
       shear grows, and uUui where it rises;
+    * symmetric with fewer inflections, or bent round more often than its clamps ask for: followed to dD = 0. U between
+      steep clamps has none, and is told by the state at rest; what is curled up there, turns back or loses its
+      stability on the way has no name;
     * what looks like U or W is followed to dD = 0 where US or w is there too, or another such state: if it turns back
       or loses its stability on the way, U is w, and W is w or uUui as above.
     """
@@ -34,7 +37,7 @@ def names_of(states: Sequence[tuple[Solution, str, int, str]]) -> list[str | Non
     if "US+" not in names and "w" not in names and max(names.count("U"), names.count("W")) < 2:
         return names
     for i, name in enumerate(names):
-        if name in ("U", "W") and not reaches_no_shear(states[i][0]):
+        if name in ("U", "W") and at_rest(states[i][0]) is None:
             names[i] = "w" if name == "U" else _dimpled(states[i][0])
     return names
 
@@ -50,11 +53,25 @@ def _name(solution: Solution, cls: str, index: int, side: str) -> str | None:
         if inflections < 2:
             return None  # of the families of wound-up states, where they have less than a turn
         return ("S" if abs(rod.height) < ZERO_HEIGHT else "US" if rod.height > 0 else "WS") + side
+    if inflections < 2 or is_curled(solution):
+        return _by_rest(solution)
     if middle_curvature(solution) > 0:
-        return {2: "U", 4: "uUu"}.get(inflections) if rod.height > 0 else None
+        if inflections >= 4:
+            return "uUu" if rod.height > 0 else "wi"
+        return "U" if rod.height > 0 else None
     if inflections == 2 and rod.height < 0:
         return "W"
     return _dimpled(solution)
+
+
+def _by_rest(solution: Solution) -> str | None:
+    """Name of a symmetric state by what it becomes without shear, where its shape does not tell."""
+    rest = at_rest(solution)
+    if rest is None or is_curled(rest):
+        return None
+    if rest["height"] < 0:
+        return "W"
+    return "U" if middle_curvature(solution) > 0 else _dimpled(solution)
 
 
 def _dimpled(solution: Solution) -> str | None:
@@ -62,17 +79,18 @@ def _dimpled(solution: Solution) -> str | None:
     return None if slope is None else "w" if slope < 0 else "uUui"
 
 
-def reaches_no_shear(solution: Solution) -> bool:
-    """Whether a state stays stable while its shear is taken away, and does not turn back before."""
+def at_rest(solution: Solution) -> Solution | None:
+    """What a state becomes while its shear is taken away; None where it turns back or loses its stability before."""
     shear = solution["dD"]
     if shear == 0.0:
-        return True
+        return solution
     options = TraceOptions(
         mesh=MeshControl(tolerance=1e-6), locate=("fold",), max_folds=0,
         bounds={"dD": (min(0.0, shear), max(0.0, shear))},
     )  # fmt: skip
     branch = trace(rod_problem(), solution, ("dD",), options, both=False, direction=-math.copysign(1.0, shear))
-    return branch.ends[1] is EndReason.RANGE and all(morse_index_of(p.solution) == 0 for p in branch.points)
+    stays = branch.ends[1] is EndReason.RANGE and all(morse_index_of(p.solution) == 0 for p in branch.points)
+    return branch.points[-1].solution if stays else None
 
 
 def _slope_of_middle(solution: Solution) -> float | None:

@@ -15,7 +15,7 @@ from rodatlas.rods.ends import Ends
 from rodatlas.states.discover import Discovery, FoundState
 
 SCHEMA = "rodatlas/states"
-ALGORITHM = 1  # raised with every change of the program after which a search finds something else
+ALGORITHM = 2  # raised with every change of the program after which a search finds something else
 
 
 def save_discovery(
@@ -31,8 +31,9 @@ def save_discovery(
     with atomic_hdf5(path, SCHEMA) as file:
         file.attrs["identity"] = json.dumps(dict(identity or {}))
         file.attrs["ends"] = json.dumps(asdict(found.ends))
-        file.attrs["search"] = json.dumps(_plain(found, "ends", "states"))
+        file.attrs["search"] = json.dumps(_plain(found, "ends", "states", "warnings"))
         file.attrs["count"], file.attrs["stable"] = len(found.states), sum(s.stable for s in found.states)
+        file.attrs["warnings"] = json.dumps(found.warnings)  # as in other results, for lists of files
         file.attrs["seconds"] = seconds
         for i, state in enumerate(found.states):
             group = file.create_group(f"states/{i}")
@@ -47,7 +48,8 @@ def load_discovery(path: str | os.PathLike[str]) -> Discovery:
         states = tuple(FoundState(read_solutions(g)[0], **json.loads(g.attrs["record"])) for g in groups)
         search: dict[str, Any] = json.loads(file.attrs["search"])
         search |= {name: tuple(value) for name, value in search.items() if isinstance(value, list)}
-        return Discovery(Ends(**json.loads(file.attrs["ends"])), states, **search)
+        warnings = tuple(json.loads(file.attrs["warnings"]))
+        return Discovery(Ends(**json.loads(file.attrs["ends"])), states, warnings=warnings, **search)
 
 
 def _plain(record: Any, *without: str) -> dict[str, Any]:

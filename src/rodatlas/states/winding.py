@@ -1,4 +1,4 @@
-"""How much a band is twisted, and whether it is wound up."""
+"""How much a band is twisted and bent round, and whether it is wound up or curled up."""
 
 from __future__ import annotations
 
@@ -20,3 +20,18 @@ def is_wound(solution: Solution, cls: str) -> bool:
     is wound up with more than 1 turn, int tau ds / 2 pi, in class +, and more than 2 in class -.
     """
     return abs(twist(solution)) > 2.0 * math.pi * (1.0 if cls == "+" else 2.0)
+
+
+def turning(solution: Solution) -> float:
+    """int k1 ds [rad]."""
+    return solution.mean(solution.stages[..., solution.unknowns.index("k1")])
+
+
+def is_curled(solution: Solution) -> bool:
+    """Whether a band without shear is bent round more often than its clamps ask for.
+
+    A planar band of class + turns its tangent by -2 psi0 and any number of double turns, int k1 ds = 2 psi0 + 4 pi n.
+    U, W and the third mode have n = 0. With n = -1 a band lies in two curls, one at each clamp, and crosses itself; at
+    dL = 1/2 it is stable near psi0 = 90 degrees. The bound lies half-way.
+    """
+    return abs(turning(solution) - 2.0 * solution["psi0"]) > 2.0 * math.pi

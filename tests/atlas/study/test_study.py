@@ -110,7 +110,7 @@ def test_a_damaged_branch_of_an_unfinished_task_is_computed_again(tmp_path, thre
     for part in (0, 1):
         cache.put(f"b{part}", bratu(2.0 + part))
     (folder / "b1.h5").write_bytes((folder / "b1.h5").read_bytes()[:3000])
-    (folder / ".b2.h5.0123.partial").write_bytes(b"half")
+    (folder / ".b2.h5.0123456789ab.partial").write_bytes(b"half")
     notes, lines = [], journal(tmp_path)
     run_study(Study("s", (task,)), tmp_path, executor=threads, listen=lambda e: notes.append((e.kind, e.message)))
     assert next(m for kind, m in notes if kind == "note").startswith(f"{task.stem}/b1.h5 is damaged")
@@ -215,7 +215,7 @@ def test_a_disk_that_is_really_full(small_disk, tmp_path):
 
 def test_only_one_study_at_a_time_in_a_folder(tmp_path):
     code = (
-        "import sys, time\nfrom pathlib import Path\nfrom rodatlas.atlas.study.folder import alone_in\n"
+        "import sys, time\nfrom pathlib import Path\nfrom rodatlas.files import alone_in\n"
         f"with alone_in(Path({str(tmp_path)!r})):\n    print('held', flush=True)\n    time.sleep(600)\n"
     )
     holder = subprocess.Popen([sys.executable, "-c", code], stdout=subprocess.PIPE, text=True)

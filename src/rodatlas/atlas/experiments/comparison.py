@@ -14,7 +14,7 @@ from rodatlas.rods.band import limiting_shear
 from rodatlas.rods.units import BandUnits, ClampErrors
 
 if TYPE_CHECKING:
-    import pandas as pd
+    from rodatlas.continuation.table import Table
 
 SCHEMA = "rodatlas/overlay/1"
 SAME = 1e-9  # an end of a state and its bifurcation are one solution
@@ -32,7 +32,8 @@ class EndCheck:
     stated : whether the error was given with the data, rather than estimated from the clamps.
     kind, number : of the bifurcation that ends the computed state.
     note : why the ends cannot be compared: 'no such state', 'from rest' (the experiment started at zero shear, the
-        state goes on beyond), 'slice ends' (and the computed state goes on).
+        state goes on beyond), 'slice ends' (and the computed state goes on, or the measured end lies beyond the shears
+        of the slice and no state of the name on it).
     """
 
     measured: float
@@ -122,15 +123,15 @@ class Comparison:
             "ranges": [c.to_json() for c in self.checks],
         }  # fmt: skip
 
-    def to_frame(self) -> pd.DataFrame:
+    def to_frame(self) -> Table:
         """A table with a row for each end."""
-        import pandas as pd
+        from rodatlas.continuation.table import Table
 
         rows = []
         for c in self.checks:
             for side, end in (("low", c.low), ("high", c.high)):
                 rows.append({"state": c.measurement.state, "label": c.measurement.label, "end": side, **end.to_json()})
-        return pd.DataFrame(rows)
+        return Table(rows)
 
 
 def compare(slice_: Slice, measurements: Sequence[Measurement], errors: ClampErrors | None = None) -> Comparison:
@@ -191,8 +192,10 @@ def _check(
     state = _nearest(slice_, m.family, low * scale, high * scale)
     given = None if m.error is None else abs(m.convert(m.error, compression, normalized))
     if state is None:
-        missing = "no such state"
-        alone = [EndCheck(v, error=given, stated=given is not None, note=missing) for v in ends]
+        seen = slice_.settings.shear_min, slice_.settings.shear_max
+        beyond = [m.family is not None and not seen[0] <= v * scale <= seen[1] for v in ends]
+        notes = ["slice ends" if b else "no such state" for b in beyond]
+        alone = [EndCheck(v, error=given, stated=given is not None, note=n) for v, n in zip(ends, notes, strict=True)]
         return RangeCheck(m, None, alone[0], alone[1])
 
     def check(value: float, end: StateEnd) -> EndCheck:

@@ -7,12 +7,12 @@ import math
 import os
 import re
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TypeVar
 
-from rodatlas.atlas.slices.reach import split_name
-from rodatlas.rods.band import Band, check_between, limiting_shear, ratio_from_text
+from rodatlas.rods.band import WIDEST, Band, check_between, limiting_shear, number_from_text, ratio_from_text
+from rodatlas.states.labels import known_names, parse_label
 
 REQUIRED = ("state", "shear_min", "shear_max")
 OPTIONAL = ("unit", "width", "band", "label", "error")
@@ -95,6 +95,8 @@ def read_measurements(path: str | os.PathLike[str], band: Band | None = None) ->
         raise ValueError(f"overlay: expected a CSV file, got '{where}' ({error.strerror})") from None
     except UnicodeDecodeError:
         raise ValueError(f"overlay: expected a CSV file in UTF-8, got '{where}', which is not") from None
+    except ValueError as error:  # a name that the system does not take
+        raise ValueError(f"overlay: expected a CSV file, got '{where}' ({error})") from None
     lines = [(i, line) for i, line in enumerate(text.splitlines(), 1) if line.strip() and not line.startswith("#")]
     if not lines:
         raise ValueError(f"{where}: expected a line with the columns {', '.join(REQUIRED)}, got no line but comments")
@@ -115,10 +117,10 @@ def family_of(state: str) -> str | None:
     if state in WIDE_ONLY:
         return None
     try:
-        return split_name(re.sub(r"[12](?=[+-]*$)", "", state))[0]
-    except ValueError as error:
-        known = str(error).rpartition(", got ")[0]
-        raise ValueError(f"{known}, or U1, U2, wi .. of wide bands, got '{state}'") from None
+        return parse_label(re.sub(r"[12](?=[+-]*$)", "", state)).name
+    except ValueError:
+        known = f"state: expected one of {known_names()}, or U1, U2, wi .. of wide bands"
+        raise ValueError(f"{known}, got '{state}'") from None
 
 
 @dataclass(frozen=True)
@@ -141,9 +143,17 @@ class _Row:
         return default
 
 
+def _fields(place: str, line: str) -> list[str]:
+    """The fields of a line."""
+    try:
+        return next(csv.reader([line], skipinitialspace=True))
+    except csv.Error as error:
+        raise ValueError(f"{place}: expected fields separated by commas, got a line that is none ({error})") from None
+
+
 def _header(place: str, line: str) -> list[str]:
     """Names of the columns."""
-    columns = [name.strip().lower() for name in next(csv.reader([line], skipinitialspace=True))]
+    columns = [name.strip().lower() for name in _fields(place, line)]
     for name in columns:
         if name not in (*REQUIRED, *OPTIONAL):
             known = ", ".join((*REQUIRED, *OPTIONAL))
@@ -156,7 +166,7 @@ def _header(place: str, line: str) -> list[str]:
 
 
 def _row(place: str, columns: list[str], line: str) -> _Row:
-    fields = [field.strip() for field in next(csv.reader([line], skipinitialspace=True))]
+    fields = [field.strip() for field in _fields(place, line)]
     if len(fields) != len(columns):
         raise ValueError(f"{place}: expected {len(columns)} fields ({', '.join(columns)}), got {len(fields)}")
     return _Row(place, {name: field for name, field in zip(columns, fields, strict=True) if field})
@@ -171,8 +181,7 @@ def _measurement(row: _Row, default: Band | None) -> Measurement:
     band = row.read("band", Band.from_text) if "band" in row.cells else default
     aspect = band.aspect if band is not None else None
     if "width" in row.cells:
-        aspect = row.read("width", lambda text: _aspect(text, band))
-        band = Band(band.length, aspect * band.length, band.thickness, band.poisson) if band is not None else None
+        aspect, band = row.read("width", lambda text: _widened(text, band))
     label = row.cells.get("label") or (f"D/L = {_fraction(aspect)}" if aspect is not None else "measured")
     error = row.read("error", _error) if "error" in row.cells else None
     return Measurement(
@@ -182,7 +191,7 @@ def _measurement(row: _Row, default: Band | None) -> Measurement:
 
 def _number(text: str) -> float:
     try:
-        value = float(text)
+        value = number_from_text(text)
     except ValueError:
         value = math.nan
     if not math.isfinite(value):
@@ -210,7 +219,14 @@ def _aspect(text: str, band: Band | None) -> float:
         return ratio_from_text(text)
     if band is None:
         raise ValueError(f"expected the width over the length where no band is named, got '{text}'")
-    return check_between("width", _number(text.removesuffix("mm")) / band.length, 0.0, 10.0, "a width up to 10 lengths")
+    ratio = _number(text.removesuffix("mm")) / band.length
+    return check_between("width", ratio, 0.0, WIDEST, f"a positive width up to {WIDEST * band.length:g} mm")
+
+
+def _widened(text: str, band: Band | None) -> tuple[float, Band | None]:
+    """Width over length, and the band of a row with this width."""
+    aspect = _aspect(text, band)
+    return aspect, None if band is None else replace(band, width=aspect * band.length)
 
 
 def _fraction(value: float) -> str:

@@ -9,11 +9,12 @@ import numpy as np
 
 from rodatlas.atlas.experiments.sensitivity import Sensitivity, sensitivity
 from rodatlas.continuation import MeshControl, Solution, Status, TraceOptions, trace
+from rodatlas.continuation.checks import check_type
 from rodatlas.progress import Progress, silent, tells
 from rodatlas.rods.band import check_number, limiting_shear
 from rodatlas.rods.ends import Ends
 from rodatlas.rods.perfectly_anisotropic import rod_problem
-from rodatlas.rods.reach import state_at
+from rodatlas.rods.reach import NotReached, state_at
 from rodatlas.rods.stability import index_of
 from rodatlas.rods.units import BandUnits, ClampErrors
 from rodatlas.rods.width import width_effect
@@ -130,23 +131,34 @@ def band_report(
 
     Raises
     ------
+    NotReached
+        when the branch of U does not reach so far at this setting.
     ValueError
-        when the branch of U does not reach so far at this setting, or the clamps' error exceeds the length.
+        when the clamps' error exceeds the length.
     """
-    check_number(
-        "displacement error", errors.displacement, 0.0, units.band.length,
-        f"a length in mm from 0 to that of the band, {units.band.length:g}",
-    )  # fmt: skip
+    check_type("units", units, BandUnits, "BandUnits such as BandUnits(Band(240.0, 3.0, 0.127))")
+    check_type("errors", errors, ClampErrors, "ClampErrors such as ClampErrors(1.0, 0.5)")
+    check_errors(units, errors)
     tell = progress or silent
     ends = [Ends(angle_deg, units.compression, shear) for shear in (0.0, PART * units.limit)]
     states = []
     for done, e in enumerate(ends):
         tell(f"U at shear {e.shear:.4f}", done, 3 - done)
-        states.append(state_at(e, "U", units.band))
+        try:
+            states.append(state_at(e, "U", units.band))
+        except NotReached as error:
+            raise NotReached(f"U, by which the width is judged: {error}") from None
     tell("first bifurcation of U", 2, 1)
     checks = tuple(_check(s, units) for s in states)
     shear, slopes = _first_bifurcation(states[0], units)
     return BandReport(units, errors, angle_deg, checks, shear, slopes)
+
+
+def check_errors(units: BandUnits, errors: ClampErrors) -> None:
+    """ValueError where the clamps' displacement is less certain than the length of the band."""
+    longest = units.band.length
+    what = f"a length in mm from 0 to that of the band, {longest:g}"
+    check_number("displacement error", errors.displacement, 0.0, longest, what)
 
 
 def _check(solution: Solution, units: BandUnits) -> WidthCheck:

@@ -6,7 +6,7 @@ or follows from its neighbors along the curve, as in the table below.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass, replace
 from itertools import pairwise
 
@@ -72,10 +72,15 @@ def lies_on(stretch: Stretch, kind: str, solution: Solution, tolerance: float = 
     return here is not None and bool(np.abs(here - [solution["dD"], solution["height"]]).max() < tolerance)
 
 
-def numbered(parts: Sequence[Stretch]) -> list[Stretch]:
-    """Give numbers to the neighbors of numbered stretches, by the turns between them."""
+def numbered(parts: Sequence[Stretch], elsewhere: Collection[int] = ()) -> list[Stretch]:
+    """Give numbers to the neighbors of numbered stretches, by the turns between them.
+
+    Parameters
+    ----------
+    elsewhere : numbers of bifurcations that lie on other curves.
+    """
     out = list(parts)
-    given = {p.number for p in parts if p.number is not None}
+    given = {p.number for p in parts if p.number is not None} | set(elsewhere)
     for i, part in enumerate(parts):
         for step in (1, -1) if part.number is not None else ():
             kinds: tuple[str, ...] = ()
@@ -103,7 +108,7 @@ def pieces(parts: Sequence[Stretch], curves: Sequence[Locus]) -> list[Piece]:
         curve = curves[part.curve]
         kind = "pitchfork" if curve.pitchfork else curve.kind
         events = []
-        for e in _events_of(parts, i):
+        for e in events_of(parts, i):
             others = {n for other, n in owners if same_place(e, other)} | _across(parts, i, e)
             events.append(PieceEvent(e, tuple(sorted(n for n in others if n is not None and n != part.number))))
         rising = part.solutions[-1]["psi0"] >= part.solutions[0]["psi0"]
@@ -118,7 +123,7 @@ def same_place(one: LocusEvent, two: LocusEvent) -> bool:
     return max(abs(a - b) for a, b in zip(point_of(one), point_of(two), strict=True)) < SAME
 
 
-def _events_of(parts: Sequence[Stretch], i: int) -> list[LocusEvent]:
+def events_of(parts: Sequence[Stretch], i: int) -> list[LocusEvent]:
     """Special points of a stretch: at its ends, on it, and on to the far ends of short or unnumbered ones beside it."""
     part = parts[i]
     found = [e for e in (part.ends[0], *part.events, part.ends[1]) if e is not None]

@@ -13,8 +13,9 @@ from rodatlas.atlas.loci.store import SCHEMA, read_loci
 from rodatlas.atlas.slices.obtain import obtain_slice, stem_of
 from rodatlas.atlas.slices.result import Slice
 from rodatlas.atlas.slices.settings import SliceSettings
-from rodatlas.atlas.stored import peek, stored
+from rodatlas.atlas.stored import made_folder, peek, stored
 from rodatlas.atlas.unfinished import Say, silent
+from rodatlas.continuation.checks import check_type
 from rodatlas.files import claimed, exact
 from rodatlas.progress import Progress, tells
 
@@ -51,6 +52,8 @@ def obtain_loci(
     is waited for. Parameters as those of :func:`rodatlas.atlas.compute_loci` and of
     :func:`rodatlas.atlas.slices.obtain.obtain_slice`; `slice_stem` names the files of the slices.
     """
+    check_type("settings", settings, LociSettings, "LociSettings such as LociSettings()")
+    folder = made_folder(folder)
     wanted = _Wanted(settings, tuple(sorted(set(numbers or KNOWN))))
     data = folder / f"{stem or loci_stem_of(settings, numbers)}.h5"
     whole = folder / f"{loci_stem_of(settings)}.h5"
@@ -58,7 +61,7 @@ def obtain_loci(
         say(f"read from {whole} (--fresh computes everything again)")
         return known
     with claimed(data, say):
-        known = None if fresh else stored(data, SCHEMA, wanted, read_loci, say)
+        known = stored(data, SCHEMA, wanted, read_loci, say, fresh)
         if known is not None:
             say(f"read from {data} (--fresh computes everything again)")
             return known

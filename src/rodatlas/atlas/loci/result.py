@@ -13,12 +13,11 @@ from rodatlas import __version__
 from rodatlas.atlas.slices.settings import ALGORITHM as SLICES
 from rodatlas.atlas.slices.settings import SliceSettings
 from rodatlas.continuation import Locus, LocusEvent, LocusPoint, Solution
-from rodatlas.rods.band import check_number, limiting_shear
+from rodatlas.rods.band import check_between, check_number, limiting_shear, near_limit
 
 if TYPE_CHECKING:
-    import pandas as pd
-
     from rodatlas.atlas.loci.events import PlaneEvent
+    from rodatlas.continuation.table import Table
 
 SCHEMA = "rodatlas/loci/1"
 ALGORITHM = 1  # raised with every change of the program after which loci hold something else
@@ -43,6 +42,7 @@ class LociSettings:
     tolerance: float = 1e-8
 
     def __post_init__(self) -> None:
+        check_between("compression", self.compression, 0.0, 1.0, "a number between 0 and 1 (exclusive)")
         check_number("angle-max", self.angle_max, 15.0, 89.999999, "degrees with 15 <= angle-max < 90")
         self.slice_at(15.0)  # checks the others
 
@@ -155,7 +155,15 @@ class Loci:
         return self.settings.identity_of(self.wanted)
 
     def numbered(self, number: int) -> Piece | None:
-        """The locus of a number."""
+        """The locus of a number; None where it was not followed or not found.
+
+        Raises
+        ------
+        ValueError
+            for a number that no bifurcation has.
+        """
+        if number not in KNOWN:
+            raise ValueError(f"number: expected one of {KNOWN[0]} to {KNOWN[-1]}, got {number}")
         return next((p for p in self.pieces if p.number == number), None)
 
     def events(self) -> tuple[PlaneEvent, ...]:
@@ -163,6 +171,17 @@ class Loci:
         from rodatlas.atlas.loci.events import plane_events
 
         return plane_events(self.pieces)
+
+    def remarks(self, numbers: Sequence[int] = ()) -> tuple[str, ...]:
+        """What a reader should know of some loci, or of all that were wanted: the warnings, and whether special points
+        lie near the limiting shear."""
+        wanted = [p for p in self.pieces if p.number in (numbers or self.wanted)]
+        far = {p.number: max((abs(e.shear) for e in p.events), default=0.0) for p in wanted}
+        near = {n: x for n, x in far.items() if n is not None and near_limit(x, self.settings.compression)}
+        if not near:
+            return self.warnings
+        told = near_limit(max(near.values()), self.settings.compression)
+        return (*self.warnings, f"{told} (special points of locus {', '.join(map(str, sorted(near)))})")
 
     def save(self, path: str | os.PathLike[str]) -> None:
         """Write to an HDF5 file, which replaces an older one only when complete."""
@@ -177,18 +196,21 @@ class Loci:
 
         return load_loci(path)
 
-    def to_frame(self) -> pd.DataFrame:
-        """A table with one row for each special point of each numbered locus."""
-        import pandas as pd
+    def to_frame(self) -> Table:
+        """A table with one row for each special point of each locus that was wanted."""
+        from rodatlas.continuation.table import Table
 
         told = self.events()
-        numbered = [p for p in self.pieces if p.number is not None]
-        return pd.DataFrame([{"number": p.number, **_event_json(e, told)} for p in numbered for e in p.events])
+        numbered = [p for p in self.pieces if p.number in self.wanted]
+        return Table([{"number": p.number, **_event_json(e, told)} for p in numbered for e in p.events])
 
     def to_json(self, numbers: Sequence[int] = ()) -> dict[str, Any]:
-        """The object that `rodatlas loci --json` prints, for some numbers or all."""
-        wanted = sorted((p for p in self.pieces if p.number is not None), key=lambda p: p.number or 0)
-        wanted = [p for p in wanted if not numbers or p.number in numbers]
+        """The object that `rodatlas loci --json` prints, for some numbers or all that were wanted.
+
+        Others that were followed to tell what meets these are left out: what meets them was not looked for.
+        """
+        numbers = numbers or self.wanted
+        wanted = sorted((p for p in self.pieces if p.number in numbers), key=lambda p: p.number or 0)
         told = self.events()
         return {
             "schema": SCHEMA,
@@ -197,7 +219,7 @@ class Loci:
             "angle_max": self.settings.angle_max,
             "tolerance": self.settings.tolerance,
             "seconds": round(self.seconds, 3),
-            "warnings": list(self.warnings),
+            "warnings": list(self.remarks(numbers)),
             "loci": [_piece_json(p, told) for p in wanted],
             "events": [e.to_json() for e in told if {str(p.number) for p in wanted} & set(e.labels)],
         }

@@ -18,7 +18,7 @@ from rodatlas.atlas.phase.arrangement import Rings, chords, polygon_of
 from rodatlas.atlas.phase.cover import THIN
 from rodatlas.atlas.phase.lines import ANGLE_SCALE
 from rodatlas.atlas.slices.coexisting import solve_state
-from rodatlas.atlas.slices.match import FREE
+from rodatlas.atlas.slices.match import FREE, same_state
 from rodatlas.atlas.slices.result import Slice, State
 from rodatlas.continuation import MeshControl, NotConverged, Solution, TraceOptions, solve
 from rodatlas.rods.perfectly_anisotropic import rod_problem
@@ -68,12 +68,13 @@ def complete(rings: Sequence[Rings], slices: Sequence[Slice]) -> list[Completion
         for here in names:
             most |= here
         for (one, span), here in zip(spans, names, strict=True):
-            for name in (most - here).elements():
+            for name in sorted(most - here):
                 donors = [(o, _middle(s)) for (o, s), n in zip(spans, names, strict=True) if n[name] > here[name]]
                 place = (one.settings.angle_deg, _middle(span))
-                start = _reach(name, donors, place, ring)
-                if start is not None:
-                    found.append(Completion(name, place[0], *span, start))
+                held = [solve_state(s, place[1], one.settings) for s in one.states_at(place[1], name)]
+                missing = most[name] - here[name]
+                starts = _reach(name, missing, donors, place, ring, [s for s in held if s is not None])
+                found += [Completion(name, place[0], *span, start) for start in starts]
     return found
 
 
@@ -81,15 +82,29 @@ def _middle(span: tuple[float, float]) -> float:
     return 0.5 * (span[0] + span[1])
 
 
-def _reach(name: str, donors: Sequence[tuple[Slice, float]], place: Point, ring: Rings) -> Point | None:
-    """Where a state could be followed from to a place, through the face; the nearest slices are tried first."""
+def _reach(
+    name: str, most: int, donors: Sequence[tuple[Slice, float]], place: Point, ring: Rings, held: Sequence[Solution]
+) -> list[Point]:
+    """Where states of a name, so many at most, could be followed from to a place, through the face.
+
+    The nearest slices are tried first.
+
+    Parameters
+    ----------
+    held : the states of that name that are known at the place; what arrives at one of them is no other state.
+    """
+    known, starts = list(held), list[Point]()
     for one, shear in sorted(donors, key=lambda d: abs(d[0].settings.angle_deg - place[0]))[:3]:
         start = (one.settings.angle_deg, shear)
-        state = next((s for s in one.states if s.name == name and s.shear[0] <= shear <= s.shear[1]), None)
         path = _path(ring, start, place)
-        if state is not None and path is not None and _follow(state, one, path):
-            return start
-    return None
+        for state in one.states_at(shear, name) if path is not None else ():
+            if len(starts) == most:
+                break
+            end = _follow(state, one, path or ())
+            if end is not None and not any(same_state(end, other) for other in known):
+                known.append(end)
+                starts.append(start)
+    return starts
 
 
 def _path(ring: Rings, start: Point, end: Point) -> list[Point] | None:
@@ -117,8 +132,8 @@ def _length(way: Sequence[Point]) -> float:
     return sum(math.hypot((b[0] - a[0]) / ANGLE_SCALE, b[1] - a[1]) for a, b in pairwise(way))
 
 
-def _follow(state: State, one: Slice, path: Sequence[Point]) -> bool:
-    """Whether a state stays stable along a path, from its first point to its last."""
+def _follow(state: State, one: Slice, path: Sequence[Point]) -> Solution | None:
+    """What a state becomes along a path, from its first point to its last; None where it does not stay stable."""
     here = solve_state(state, path[0][1], one.settings)
     options = TraceOptions(mesh=MeshControl(tolerance=one.settings.tolerance))
     for start, end in pairwise(path):
@@ -132,7 +147,7 @@ def _follow(state: State, one: Slice, path: Sequence[Point]) -> bool:
                 here = here if step >= LEAST else None
             else:
                 here, done, step = there, part, min(2 * step, FIRST)
-    return here is not None
+    return here
 
 
 def _next(here: Solution, angle: float, shear: float, pair: bool, options: TraceOptions) -> Solution | None:

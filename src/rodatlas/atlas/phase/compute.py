@@ -18,7 +18,9 @@ from rodatlas.atlas.phase.regions import Face, assign, check_crossings, crossing
 from rodatlas.atlas.phase.result import Interval, PhaseDiagram
 from rodatlas.atlas.phase.settings import PhaseSettings
 from rodatlas.atlas.phase.story import told
+from rodatlas.atlas.slices.contact import contact_of_slices, contact_warnings
 from rodatlas.atlas.slices.result import Slice
+from rodatlas.continuation.checks import check_type
 from rodatlas.progress import Progress, tells
 
 Slices = Callable[[Sequence[float]], Iterable[Slice]]
@@ -55,6 +57,11 @@ def compute_phase(
     slices : gives slices with the settings `settings.slice_at(angle)`.
     given : angles of slices that cost nothing, used first.
     """
+    check_type("settings", settings, PhaseSettings, "PhaseSettings such as PhaseSettings()")
+    check_type("loci", loci, Loci, "Loci, see compute_loci and Loci.load")
+    wanted_band, band = ((s.compression, s.poisson) for s in (settings, loci.settings))
+    if wanted_band != band:
+        raise ValueError(f"loci: expected those of compression and Poisson's ratio {wanted_band}, got {band}")
     start = time.perf_counter()
     frame, events = settings.frame, loci.events()
     lines = locus_lines(loci.pieces, events)
@@ -76,11 +83,20 @@ def compute_phase(
             break
     edge = tuple(Interval(s.name, *s.shear) for s in known[0.0].states) if 0.0 in known else ()
     warnings = [f"loci: {w}" for w in loci.warnings]
-    warnings += [f"slice at {s.settings.angle_deg:g} deg: {w}" for s in ordered for w in s.warnings]
+    warnings += slice_warnings(ordered)
     return PhaseDiagram(
         settings, drawn.lines, drawn.faces, edge, drawn.events, tuple(sorted(known)), drawn.completed,
         (*warnings, *drawn.warnings), time.perf_counter() - start,
     )  # fmt: skip
+
+
+def slice_warnings(slices: Iterable[Slice]) -> list[str]:
+    """Warnings of slices with their angles; that a band touches itself is said once for each name."""
+    warnings, slices = [], list(slices)
+    for s in slices:
+        merged = set(contact_warnings(s.states))
+        warnings += [f"slice at {s.settings.angle_deg:g} deg: {w}" for w in s.warnings if w not in merged]
+    return warnings + contact_of_slices(slices)
 
 
 def _doubtful(drawn: _Drawn, known: Iterable[float]) -> list[float]:

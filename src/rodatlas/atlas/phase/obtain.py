@@ -16,9 +16,10 @@ from rodatlas.atlas.phase.settings import PhaseSettings, phase_stem_of
 from rodatlas.atlas.phase.store import SCHEMA, read_phase
 from rodatlas.atlas.slices.result import Slice
 from rodatlas.atlas.slices.settings import REFERENCE_ANGLE_DEG
-from rodatlas.atlas.stored import stored
+from rodatlas.atlas.stored import made_folder, stored
 from rodatlas.atlas.study.many import obtain_slices
 from rodatlas.atlas.unfinished import Say, silent
+from rodatlas.continuation.checks import check_type
 from rodatlas.files import claimed
 from rodatlas.progress import Progress, tells
 
@@ -43,9 +44,11 @@ def obtain_phase(
     fresh : compute everything again.
     say : told what is read, resumed or kept.
     """
+    check_type("settings", settings, PhaseSettings, "PhaseSettings such as PhaseSettings()")
+    folder = made_folder(folder)
     data = folder / f"{phase_stem_of(settings)}.h5"
     with claimed(data, say):
-        known = None if fresh else stored(data, SCHEMA, settings, read_phase, say)
+        known = stored(data, SCHEMA, settings, read_phase, say, fresh)
         if known is not None:
             say(f"read from {data} (--fresh computes everything again)")
             return known
@@ -63,7 +66,7 @@ def _slices(
     settings: PhaseSettings, folder: Path, report: Progress | None, workers: int, fresh: bool, say: Say
 ) -> Callable[[Sequence[float]], list[Slice]]:
     """Gives slices at some angles from a folder, each computed once."""
-    folder.mkdir(exist_ok=True)
+    folder.mkdir(parents=True, exist_ok=True)
     renewed: set[float] = set()
 
     def slices(angles: Sequence[float]) -> list[Slice]:
@@ -86,7 +89,7 @@ def _loci(
     """The loci from their file, or followed from the slices of the phase diagram and written."""
     data = folder / f"{loci_stem_of(settings.loci)}.h5"
     with claimed(data, say):
-        known = None if fresh else stored(data, LOCI_SCHEMA, settings.loci, read_loci, say)
+        known = stored(data, LOCI_SCHEMA, settings.loci, read_loci, say, fresh)
         if known is not None:
             return known
         at = {s.settings.angle_deg: s for s in slices(given)}

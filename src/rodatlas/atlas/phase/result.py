@@ -18,7 +18,7 @@ from rodatlas.atlas.phase.settings import PhaseSettings
 from rodatlas.states.names import NAMES
 
 if TYPE_CHECKING:
-    import pandas as pd
+    from rodatlas.continuation.table import Table
 
 SCHEMA = "rodatlas/phase/1"
 SHORT = 1e-6  # length of a side (shear, and degrees/100) that is not listed
@@ -172,16 +172,16 @@ class PhaseDiagram:
 
         return load_phase(path)
 
-    def to_frame(self, of: str = "events") -> pd.DataFrame:
+    def to_frame(self, of: str = "events") -> Table:
         """A table with one row for each special point (`of='events'`), face (`'faces'`) or region (`'regions'`)."""
-        import pandas as pd
+        from rodatlas.continuation.table import Table
 
         if of == "events":
-            return pd.DataFrame([e.to_json() for e in self.events])
+            return Table([e.to_json() for e in self.events])
         if of == "faces":
-            return pd.DataFrame([_face_json(f) for f in self.faces]).drop(columns=["rings"])
+            return Table([_face_json(f) for f in self.faces]).drop(columns=["rings"])
         if of == "regions":
-            return pd.DataFrame([_extent(r) for name in self.names for r in self.state_regions(name)])
+            return Table([_extent(r) for name in self.names for r in self.state_regions(name)])
         raise ValueError(f"of: expected 'events', 'faces' or 'regions', got '{of}'")
 
     def to_json(self) -> dict[str, Any]:

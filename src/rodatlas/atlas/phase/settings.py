@@ -9,7 +9,7 @@ from rodatlas.atlas.loci.result import LociSettings
 from rodatlas.atlas.slices.obtain import stem_of
 from rodatlas.atlas.slices.settings import REFERENCE_ANGLE_DEG, SliceSettings
 from rodatlas.files import exact
-from rodatlas.rods.band import check_number
+from rodatlas.rods.band import check_between, check_number
 
 REVISION = 1  # of the algorithm: a stored diagram of another one is computed again
 LOCI_ANGLE = 80.0  # loci reach this angle at least, so that windows and the whole plane share their file
@@ -32,6 +32,7 @@ class PhaseSettings:
     tolerance: float = 1e-8
 
     def __post_init__(self) -> None:
+        check_between("compression", self.compression, 0.0, 1.0, "a number between 0 and 1 (exclusive)")
         check_number("angle-min", self.angle_min, 0.0, 89.0, "degrees with 0 <= angle-min <= 89")
         least = self.angle_min + 0.01
         check_number("angle-max", self.angle_max, least, 89.999999, f"degrees with {least:g} <= angle-max < 90")

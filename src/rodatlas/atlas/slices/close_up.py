@@ -6,6 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from rodatlas.atlas.slices.contact import contact_warnings, with_contact
 from rodatlas.atlas.slices.follow import Followed, trace_options
 from rodatlas.atlas.slices.match import FREE, crossings, same_state
 from rodatlas.atlas.slices.result import Event, Slice, SliceBranch, State, StateEnd
@@ -50,7 +51,8 @@ def close_up(slice_: Slice, window: Window) -> Slice:
                 continue
             followed = Followed(ident, branch, is_symmetric(start))
             branches.append(SliceBranch(followed, _events(followed, slice_)))
-    states = [s for b in branches for s in _states(b.followed, slice_)]
+    states = with_contact((s for b in branches for s in _states(b.followed, slice_)), slice_.settings)
+    warnings += contact_warnings(states)
     return Slice(slice_.settings, tuple(branches), tuple(states), tuple(warnings), 0.0)
 
 

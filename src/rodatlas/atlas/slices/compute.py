@@ -7,7 +7,9 @@ from dataclasses import replace
 from itertools import pairwise
 
 from rodatlas.atlas.slices.cache import BranchCache
-from rodatlas.atlas.slices.crosscheck import missed_states
+from rodatlas.atlas.slices.coexisting import overlaps
+from rodatlas.atlas.slices.contact import contact_warnings, with_contact
+from rodatlas.atlas.slices.crosscheck import empty_searches, missed_states
 from rodatlas.atlas.slices.cuts import cut_segment
 from rodatlas.atlas.slices.follow import Followed, Frontier, Reference, follow_slice
 from rodatlas.atlas.slices.match import same_state
@@ -17,10 +19,12 @@ from rodatlas.atlas.slices.result import Event, Slice, SliceBranch, State, State
 from rodatlas.atlas.slices.segments import Bound, Segment, stable_segments, with_chained_indices
 from rodatlas.atlas.slices.settings import SliceSettings
 from rodatlas.continuation import SpecialPoint
+from rodatlas.continuation.checks import check_type
 from rodatlas.continuation.events import turns_at
 from rodatlas.progress import Progress, tells
 from rodatlas.rods.symmetry import is_symmetric
 from rodatlas.states.names import NAMES, OTHER, Part, name_parts
+from rodatlas.states.winding import is_curled
 
 
 @tells("slice")
@@ -40,6 +44,7 @@ def compute_slice(
     reference : branches of the slices at reference angles as far as they are known, see
         :func:`rodatlas.atlas.slices.follow.planar_branches`.
     """
+    check_type("settings", settings, SliceSettings, "SliceSettings such as SliceSettings(15.0)")
     start = time.perf_counter()
     frontier = follow_slice(settings, cache, progress, carry, reference)
     branches = [SliceBranch(f, _bare_events(f, frontier)) for f in frontier.branches]
@@ -53,8 +58,9 @@ def compute_slice(
         branches = [replace(b, mirror=partners.get(b.id)) for b in branches]
         warnings += missing
     states = [state for segment, parts in named for state in _states(segment, parts, branches, settings)]
-    warnings += missed_states(frontier.searches, states, settings)
-    states.sort(key=lambda s: ((*NAMES, OTHER).index(s.name), s.low.shear))
+    states = with_contact(sorted(states, key=lambda s: ((*NAMES, OTHER).index(s.name), s.low.shear)), settings)
+    warnings += [*empty_searches(frontier.searches), *missed_states(frontier.searches, states, settings)]
+    warnings += [*overlaps(states), *contact_warnings(states)]
     return Slice(settings, tuple(branches), tuple(states), tuple(warnings), time.perf_counter() - start)
 
 
@@ -63,7 +69,7 @@ def _holds_w(followed: Followed) -> bool:
     points = followed.branch.points
     return followed.symmetric and any(
         one.solution["dD"] * two.solution["dD"] <= 0 and one.index == two.index == 0 and one.solution["height"] < 0
-        for one, two in pairwise(points)
+        and not is_curled(one.solution) for one, two in pairwise(points)
     )
 
 

@@ -8,17 +8,23 @@ from itertools import pairwise
 from rodatlas.atlas.slices.settings import SliceSettings
 from rodatlas.continuation import Branch, MeshControl, NotConverged, Point, Solution, TraceOptions, solve
 from rodatlas.rods.perfectly_anisotropic import rod_problem
+from rodatlas.states.labels import slope
 
 FREE = ("dD",)
 """The free parameter of every branch of a slice."""
+SLOPE = 0.05  # of energy with shear [GJ/L^2], relative; a bifurcation that two branches locate has it to about 0.01
 
 
 def same_state(one: Solution, two: Solution, tolerance: float = 1e-5) -> bool:
-    """Whether two solutions at one setting are equal up to reversal: same shear, height and energy."""
+    """Whether two solutions at one setting are equal up to reversal: same shear, height, energy and its slope.
+
+    The slope dE/d(dD) tells a state without shear from its image in the shear mirror, which has all else in common.
+    """
     return (
         abs(one["dD"] - two["dD"]) < tolerance
         and abs(one["height"] - two["height"]) < tolerance
         and abs(one["energy"] - two["energy"]) < tolerance * max(1.0, abs(one["energy"]))
+        and abs(slope(one) - slope(two)) < SLOPE * max(1.0, abs(slope(one)))
     )
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from pathlib import Path
 
 from rodatlas.atlas.slices.cache import FolderCache
@@ -10,11 +11,15 @@ from rodatlas.atlas.slices.follow import Reference, planar_branches
 from rodatlas.atlas.slices.result import Slice
 from rodatlas.atlas.slices.settings import SliceSettings, default_shear_max, default_shear_min
 from rodatlas.atlas.slices.store import SCHEMA, read_slice
-from rodatlas.atlas.stored import peek, stored
+from rodatlas.atlas.stored import made_folder, peek, stored
 from rodatlas.atlas.unfinished import Say, silent
 from rodatlas.continuation import Branch
+from rodatlas.continuation.checks import check_type
+from rodatlas.continuation.store import checked_hdf5
 from rodatlas.files import claimed, exact
 from rodatlas.progress import Progress, tells
+
+SAME_BAND = ("angle_deg", "compression", "poisson")
 
 
 def stem_of(settings: SliceSettings) -> str:
@@ -42,6 +47,22 @@ def stored_slice(folder: Path, settings: SliceSettings) -> Slice | None:
     return peek(folder / f"{stem_of(settings)}.h5", SCHEMA, settings, read_slice)
 
 
+def related_slices(folder: Path, settings: SliceSettings) -> list[Slice]:
+    """Slices of the same band and clamps in a folder, whatever their shears; those of another version left out."""
+    stem = stem_of(SliceSettings(settings.angle_deg, settings.compression, settings.poisson))
+    found = []
+    for path in sorted(folder.glob(f"{stem}*.h5")):
+        try:
+            with checked_hdf5(path, SCHEMA) as file:
+                one = read_slice(file)
+                current = json.loads(file.attrs["identity"]) == one.settings.identity()
+        except (OSError, ValueError, KeyError):
+            continue
+        alike = (getattr(one.settings, name) == getattr(settings, name) for name in SAME_BAND)
+        found += [one] if current and all(alike) else []
+    return found
+
+
 @tells("slice")
 def obtain_slice(
     settings: SliceSettings, folder: Path, progress: Progress | None = None, *, fresh: bool = False,
@@ -61,9 +82,11 @@ def obtain_slice(
     say : told what is read, resumed, kept or set aside.
     stem : name of the files without suffix, :func:`stem_of` when left out.
     """
+    check_type("settings", settings, SliceSettings, "SliceSettings such as SliceSettings(15.0)")
+    folder = made_folder(folder)
     data = folder / f"{stem or stem_of(settings)}.h5"
     with claimed(data, say):
-        known = None if fresh else stored(data, SCHEMA, settings, read_slice, say)
+        known = stored(data, SCHEMA, settings, read_slice, say, fresh)
         if known is not None:
             say(f"read from {data} (--fresh computes everything again)")
             return known

@@ -7,38 +7,22 @@ from pathlib import Path
 from typing import NamedTuple
 
 from rodatlas.atlas.slices.cache import BranchCache, MemoryCache
-from rodatlas.atlas.slices.coexisting import solve_state
+from rodatlas.atlas.slices.coexisting import numbered_state
 from rodatlas.atlas.slices.compute import compute_slice
-from rodatlas.atlas.slices.obtain import stored_slice
+from rodatlas.atlas.slices.obtain import related_slices, stored_slice
+from rodatlas.atlas.slices.pick import member
 from rodatlas.atlas.slices.result import Slice
 from rodatlas.atlas.slices.settings import SliceSettings
 from rodatlas.continuation import Solution
-from rodatlas.progress import Progress, tells
+from rodatlas.continuation.checks import check_type
+from rodatlas.progress import Progress, silent, tells
+from rodatlas.rods.band import near_limit
 from rodatlas.rods.ends import Ends
-from rodatlas.rods.symmetry import pair_member, reverse
 from rodatlas.states.discover import find_states
-from rodatlas.states.names import NAMES
+from rodatlas.states.labels import Wanted, parse_label
+from rodatlas.states.result import Discovery
 
-STARTS = 512  # of the search for one state; named states attract one band in a hundred at least
-
-
-def split_name(text: str) -> tuple[str, str]:
-    """('US+-', '+') from 'US+', 'US' or 'US+-'; ('U', '') from 'U'.
-
-    Raises
-    ------
-    ValueError
-        when there is no such name.
-    """
-    bare = text.rstrip("+-")
-    for name in NAMES:
-        if bare == name.rstrip("+-") and (name.endswith("+-") or text == name):
-            sign = text[len(bare) :]
-            if name.endswith("+-"):
-                return name, "-" if sign == "-" else "+"
-            return name, ""
-    known = ", ".join(n.replace("+-", "+, ") + n[:-2] + "-" if n.endswith("+-") else n for n in NAMES)
-    raise ValueError(f"state: expected one of {known}, got '{text}'")
+STARTS = 512  # of the first search for one state; named states attract one band in a hundred at least
 
 
 class Reached(NamedTuple):
@@ -56,54 +40,109 @@ def reach(
     """The stable state of a name at a shear.
 
     From the slice that a folder holds, if any; otherwise from a search at the setting, which takes a second or two and
-    names what it finds as the slice does (:func:`rodatlas.states.single.names_of`). Where the search has no state of
-    the name, or several, the whole slice is computed and decides.
+    names what it finds as the slice does (:func:`rodatlas.states.single.names_of`). Where that search has no state of
+    the name, a longer one decides that there is none. Near the limiting shear, or where no band converges, a search
+    tells nothing: there the whole slice is computed.
 
     Parameters
     ----------
+    name : 'U', or a member of a pair, 'US+' or 'US-'; 'W:2' where several states are called W there.
     folder : where a computed slice may lie.
 
     Raises
     ------
     ValueError
-        when no stable state of that name exists there; the message says which ones do.
+        when no stable state of that name exists there, or several and no number tells which is meant; the message says
+        which ones do.
     """
-    wanted, sign = split_name(name)
+    check_type("settings", settings, SliceSettings, "SliceSettings such as SliceSettings(15.0)")
+    check_type("name", name, str, "the name of a state such as US+")
+    wanted = parse_label(name)
+    say = progress or silent
     stored = stored_slice(folder, settings) if folder else None
     if stored is not None and (solution := _of_slice(stored, wanted, shear)) is not None:
-        return Reached(_member(solution, sign), "stored slice")
-    found = _searched(settings, wanted, shear, progress)
-    if found is not None:
-        return Reached(_member(found, sign), "search")
-    return Reached(_member(_of_computed(settings, name, shear, cache, progress), sign), "slice")
+        return Reached(member(solution, wanted.sign), "stored slice")
+    if near_limit(shear, settings.compression):
+        say("slice, since searches miss states so near the limiting shear", 0, 1)
+        return Reached(member(_of_computed(settings, name, shear, cache, progress), wanted.sign), "slice")
+    first = STARTS if wanted.number is None else None  # a number counts all states of the name
+    say(f"search with {first} starts" if first else "search until it looks complete", 0, 1)
+    found = _searched(settings, shear, first, progress)
+    state = found.named(wanted.label)
+    if state is None and not found.failed and first:
+        say(f"longer search, since {STARTS} starts met no {wanted.member}", 0, 1)
+        found = _searched(settings, shear, None, progress)
+        state = found.named(wanted.label)
+    if state is not None:
+        return Reached(state.solution, "search")
+    if not found.failed:
+        known = [stored] if stored else related_slices(folder, settings) if folder else []
+        raise ValueError(_missing(settings, wanted, shear, found, known))
+    say("slice, since no start of the search converged", 0, 1)
+    return Reached(member(_of_computed(settings, name, shear, cache, progress), wanted.sign), "slice")
 
 
-def _searched(settings: SliceSettings, wanted: str, shear: float, progress: Progress | None) -> Solution | None:
-    """The only state of a name that a search at one setting finds."""
+def _searched(settings: SliceSettings, shear: float, starts: int | None, progress: Progress | None) -> Discovery:
+    """The stable states that a search at one setting finds."""
     ends = Ends(settings.angle_deg, settings.compression, shear)
-    found = find_states(
-        ends, settings.poisson, "+", STARTS, stable_only=True, tolerance=settings.tolerance, progress=progress
+    return find_states(
+        ends, settings.poisson, "+", starts, stable_only=True, tolerance=settings.tolerance, progress=progress
     )
-    fitting = [s.solution for s in found.states if s.name == wanted.replace("+-", "+")]
-    return fitting[0] if len(fitting) == 1 else None
+
+
+def _missing(
+    settings: SliceSettings, wanted: Wanted, shear: float, found: Discovery, known: list[Slice]
+) -> str:  # fmt: skip
+    """That a search has no state of a name: what it has, how complete it looks, and where to look on.
+
+    Parameters
+    ----------
+    known : slices of the band that are there, of any shears.
+    """
+    there = ", ".join(label or "one without a name" for label in dict.fromkeys(found.labels))
+    least = min((s.count for s in found.states), default=0)
+    sure = f"{found.converged} of {found.starts} starts converged, and each of these was met {least} times or more"
+    told = [(s, ranges) for s in known if (ranges := _ranges(s, wanted.name))]
+    if told:
+        one, ranges = max(told, key=lambda t: t[0].settings.shear_max - t[0].settings.shear_min)
+        hint = f"{wanted.name} is stable for shear {ranges}"
+        if one.settings != settings:
+            hint += f" in the slice from {one.settings.shear_min:g} to {one.settings.shear_max:g}"
+    else:
+        hint = f"'rodatlas slice --angle {settings.angle_deg:g}{_options(settings)}' tells where it is"
+    return (
+        f"state: expected one that is stable at angle {settings.angle_deg:g} and shear {shear:g} ({there}; {sure}), "
+        f"got '{wanted.label}'; {hint}"
+    )
+
+
+def _options(settings: SliceSettings) -> str:
+    """The options of a setting that are not those by default."""
+    compression = f" --compression {settings.compression:g}" if settings.compression != 0.5 else ""
+    return compression + (f" --poisson {settings.poisson:g}" if settings.poisson != 0.25 else "")
+
+
+def _ranges(found: Slice, name: str) -> str:
+    """Where a state is stable in a slice; '' when nowhere."""
+    return "; ".join(f"{s.shear[0]:.4f} to {s.shear[1]:.4f}" for s in found.states if s.name == name)
 
 
 def _of_computed(
     settings: SliceSettings, name: str, shear: float, cache: BranchCache | None, progress: Progress | None
 ) -> Solution:
     """The state of a slice that is computed for it."""
-    wanted, _ = split_name(name)
+    wanted = parse_label(name)
     covering = _covering(settings, shear)
     cache = MemoryCache() if cache is None else cache
     found = compute_slice(covering, cache, progress, carry=False)
-    if found.state(wanted, shear) is None:
+    if not found.states_at(shear, wanted.name):
         found = compute_slice(covering, cache, progress)
-    if found.state(wanted, shear) is None:
-        there = ", ".join(dict.fromkeys(s.name for s in found.states if s.shear[0] <= shear <= s.shear[1]))
-        ranges = "; ".join(f"{s.shear[0]:.4f} to {s.shear[1]:.4f}" for s in found.states if s.name == wanted)
+    if not found.states_at(shear, wanted.name):
+        there = ", ".join(dict.fromkeys(s.name for s in found.states_at(shear)))
+        ranges = _ranges(found, wanted.name)
         raise ValueError(
             f"state: expected one that is stable at angle {settings.angle_deg:g} and shear {shear:g} ({there}), "
-            f"got '{name}'" + (f", which is stable for shear {ranges}" if ranges else "")
+            f"got '{name}'" + (f"; {wanted.name} is stable for shear {ranges}" if ranges else "")
         )
     solution = _of_slice(found, wanted, shear)
     if solution is None:
@@ -111,14 +150,10 @@ def _of_computed(
     return solution
 
 
-def _of_slice(found: Slice, wanted: str, shear: float) -> Solution | None:
-    state = found.state(wanted, shear)
-    return None if state is None else solve_state(state, shear, found.settings)
-
-
-def _member(solution: Solution, sign: str) -> Solution:
-    """The member of a pair that a sign names."""
-    return reverse(solution) if sign and pair_member(solution) != sign else solution
+def _of_slice(found: Slice, wanted: Wanted, shear: float) -> Solution | None:
+    """The state of a slice that a label means, exactly at a shear; None where it has none or it is not solved for."""
+    state = numbered_state(found, wanted, shear)
+    return state.solution if state is not None and state.exact else None
 
 
 def _covering(settings: SliceSettings, shear: float) -> SliceSettings:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import os
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
@@ -9,9 +10,12 @@ from typing import TYPE_CHECKING, Any
 from rodatlas.atlas.slices.follow import Followed
 from rodatlas.atlas.slices.settings import SliceSettings
 from rodatlas.continuation import Solution, SpecialPoint
+from rodatlas.continuation.checks import check_type
+from rodatlas.rods.band import check_number
+from rodatlas.states.names import NAMES, OTHER
 
 if TYPE_CHECKING:
-    import pandas as pd
+    from rodatlas.continuation.table import Table
 
 SCHEMA = "rodatlas/slice/1"
 
@@ -97,6 +101,7 @@ class State:
     path : names of all parts of the stable segment that it belongs to, 'U-w' say.
     solutions : in order of increasing shear, both ends included.
     low, high : the ends.
+    contact : ranges of shear in which a band of width :data:`rodatlas.rods.band.NARROW` touches itself, in order.
     """
 
     name: str
@@ -106,6 +111,7 @@ class State:
     solutions: tuple[Solution, ...]
     low: StateEnd
     high: StateEnd
+    contact: tuple[tuple[float, float], ...] = ()
 
     @property
     def shear(self) -> tuple[float, float]:
@@ -162,15 +168,56 @@ class Slice:
 
     def __repr__(self) -> str:
         names = ", ".join(dict.fromkeys(s.name for s in self.states))
-        return f"Slice(angle {self.settings.angle_deg:g} deg: {len(self.branches)} branches; stable: {names})"
+        s = self.settings
+        return (
+            f"Slice(angle {s.angle_deg:g} deg, dL {s.compression:g}, dD {s.shear_min:g} to {s.shear_max:g}: "
+            f"{len(self.branches)} branches; stable: {names})"
+        )
+
+    def states_at(self, shear: float, name: str = "") -> tuple[State, ...]:
+        """All stable states at a shear, or all of one name, which may be several; in the order of `states`.
+
+        Raises
+        ------
+        ValueError
+            for a name that no state can have, and a shear that is no number.
+        """
+        check_number("shear", shear, -math.inf, math.inf, "a number")
+        if name and name not in (*NAMES, OTHER):
+            raise ValueError(f"name: expected one of {', '.join((*NAMES, OTHER))}, got '{name}'")
+        there = (s for s in self.states if s.shear[0] <= shear <= s.shear[1])
+        return tuple(s for s in there if not name or s.name == name)
 
     def state(self, name: str, shear: float) -> State | None:
-        """The stable state of a name that exists at a shear."""
-        fitting = [s for s in self.states if s.name == name and s.shear[0] <= shear <= s.shear[1]]
-        return fitting[0] if fitting else None
+        """The stable state of a name at a shear; None where there is none.
+
+        Parameters
+        ----------
+        name : such as 'U' or 'US+-', or 'W:2' where several states are called W (:mod:`rodatlas.states.labels`).
+
+        Raises
+        ------
+        ValueError
+            for a name that no state can have, and where several have it and no number tells which is meant.
+        """
+        from rodatlas.atlas.slices.coexisting import numbered_state, wanted_in_slice
+
+        check_type("name", name, str, "the name of a state such as US+-")
+        wanted = wanted_in_slice(name)
+        there = self.states_at(shear, wanted.name)
+        if len(there) == 1 and wanted.number is None:
+            return there[0]
+        found = numbered_state(self, wanted, shear)
+        return None if found is None else found.state
+
+    @property
+    def remarks(self) -> tuple[str, ...]:
+        """What a reader of the slice should know: the warnings, and whether it reaches near the limiting shear."""
+        near = self.settings.near_limit
+        return (*self.warnings, near) if near else self.warnings
 
     def save(self, path: str | os.PathLike[str]) -> None:
-        """Write to an HDF5 file, which replaces an older one only when complete."""
+        """Write to an HDF5 file. It replaces any file of that name, once it is complete."""
         from rodatlas.atlas.slices.store import save_slice
 
         save_slice(path, self)
@@ -182,21 +229,21 @@ class Slice:
 
         return load_slice(path)
 
-    def to_frame(self, of: str = "states") -> pd.DataFrame:
+    def to_frame(self, of: str = "states") -> Table:
         """A table with one row for each stable state (`of='states'`) or each event of each branch (`of='events'`)."""
-        import pandas as pd
+        from rodatlas.continuation.table import Table
 
         if of not in ("states", "events"):
             raise ValueError(f"of: expected 'states' or 'events', got '{of}'")
         if of == "events":
-            return pd.DataFrame([{"branch": b.id, **_event_json(e)} for b in self.branches for e in b.events])
+            return Table([{"branch": b.id, **_event_json(e)} for b in self.branches for e in b.events])
         rows = []
         for s in self.states:
             row: dict[str, Any] = {"name": s.name, "pair": s.pair, "branch": s.branch, "path": s.path}
             for side, end in (("low", s.low), ("high", s.high)):
                 row |= {f"{key}_{side}": value for key, value in _end_json(end).items()}
-            rows.append(row)
-        return pd.DataFrame(rows)
+            rows.append(row | {"contact": s.contact})
+        return Table(rows)
 
     def to_json(self) -> dict[str, Any]:
         """The object that `rodatlas slice --json` prints."""
@@ -209,7 +256,7 @@ class Slice:
             "shear_range": [s.shear_min, s.shear_max],
             "tolerance": s.tolerance,
             "seconds": round(self.seconds, 3),
-            "warnings": list(self.warnings),
+            "warnings": list(self.remarks),
             "states": [_state_json(x) for x in self.states],
             "branches": [_branch_json(x) for x in self.branches],
         }
@@ -224,6 +271,7 @@ def _state_json(state: State) -> dict[str, Any]:
         "shear": list(state.shear),
         "height": [state.low.height, state.high.height],
         "ends": [_end_json(e) for e in (state.low, state.high)],
+        "contact": [list(span) for span in state.contact],
     }
 
 

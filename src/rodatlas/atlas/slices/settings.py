@@ -7,10 +7,10 @@ from collections.abc import Mapping
 from dataclasses import asdict, dataclass, fields, replace
 
 from rodatlas import __version__
-from rodatlas.rods.band import bending_ratio, check_number, check_poisson, limiting_shear
+from rodatlas.rods.band import bending_ratio, check_number, check_poisson, check_whole, limiting_shear, near_limit
 from rodatlas.rods.ends import Ends
 
-ALGORITHM = 5  # raised with every change of the program after which a slice holds something else
+ALGORITHM = 6  # raised with every change of the program after which a slice holds something else
 REFERENCE_ANGLE_DEG = 15.0
 REFERENCE_COMPRESSION = 0.5
 REFERENCE_POISSON = 0.25  # for the twisted states, whose existence depends on it
@@ -70,8 +70,8 @@ class SliceSettings:
         )  # fmt: skip
         check_number("shear-min", self.shear_min, -below, 0.0, f"a number between -{limit:.6f} and 0 (included)")
         check_number("tol", self.tolerance, 1e-10, 1e-6, "a number between 1e-10 and 1e-06")
-        if isinstance(self.search, bool) or self.search != int(self.search) or not 0 <= self.search <= MOST_STARTS:
-            raise ValueError(f"search: expected a whole number from 0 to {MOST_STARTS}, got {self.search}")
+        what = f"a whole number from 0 to {MOST_STARTS}"
+        check_number("search", check_whole("search", self.search, 0, what), 0, MOST_STARTS, what)
 
     @property
     def angle(self) -> float:
@@ -91,6 +91,11 @@ class SliceSettings:
         )
         distinct = {s.place: s for s in (usual, at_angle)}  # one at each place, if it can be with this range
         return [s for s in dict.fromkeys((at_angle, distinct[usual.place])) if s.place != self.place]
+
+    @property
+    def near_limit(self) -> str:
+        """A warning when the range of shear reaches near the limiting shear, '' otherwise."""
+        return near_limit(max(self.shear_max, -self.shear_min), self.compression)
 
     @property
     def place(self) -> tuple[float, float]:

@@ -2,7 +2,7 @@
 
 Layout: settings, version of the program, warnings and seconds as attributes; `/branches/0`, `/branches/1`, ... each a
 branch (see :mod:`rodatlas.continuation.store`) with the attribute `record` (JSON: name, symmetry, origin, events);
-`/states/0`, ... the solutions of each named state with the attribute `record` (JSON: name, ends).
+`/states/0`, ... the solutions of each named state with the attribute `record` (JSON: name, ends, contact).
 """
 
 from __future__ import annotations
@@ -89,7 +89,8 @@ def _read_branch(group: h5py.Group) -> SliceBranch:
 
 def _write_state(group: h5py.Group, state: State) -> None:
     ends = [{"kind": e.kind, "number": e.number, "snap": e.snap} for e in (state.low, state.high)]
-    record = {"name": state.name, "branch": state.branch, "pair": state.pair, "path": state.path, "ends": ends}
+    record = {"name": state.name, "branch": state.branch, "pair": state.pair, "path": state.path, "ends": ends,
+              "contact": state.contact}  # fmt: skip
     write_solutions(group, state.solutions)
     group.attrs["record"] = json.dumps(record)
 
@@ -97,4 +98,5 @@ def _write_state(group: h5py.Group, state: State) -> None:
 def _read_state(group: h5py.Group) -> State:
     solutions, record = tuple(read_solutions(group)), json.loads(group.attrs["record"])
     low, high = (StateEnd(solution=solutions[at], **end) for at, end in zip((0, -1), record["ends"], strict=True))
-    return State(record["name"], record["branch"], record["pair"], record["path"], solutions, low, high)
+    contact = tuple((a, b) for a, b in record["contact"])
+    return State(record["name"], record["branch"], record["pair"], record["path"], solutions, low, high, contact)

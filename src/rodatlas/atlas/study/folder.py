@@ -16,7 +16,7 @@ def run_of(folder: Path) -> str:
     """The mark of the run that is recorded in a folder, empty without one."""
     try:
         return str(json.loads((folder / PLAN).read_text())["run"])
-    except (OSError, ValueError, KeyError, TypeError):
+    except (OSError, ValueError, KeyError, TypeError, RecursionError):
         return ""
 
 

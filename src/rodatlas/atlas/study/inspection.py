@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 from rodatlas.atlas.study.integrity import read_everything
 from rodatlas.atlas.study.kinds import KINDS
 from rodatlas.atlas.unfinished import settings_in
+from rodatlas.continuation.store import DAMAGE
 
 if TYPE_CHECKING:
     import h5py
@@ -65,7 +66,7 @@ def inspect_file(path: Path, thorough: bool = False) -> Entry:
     try:
         with h5py.File(path, "r") as file:
             return _entry(path.name, file, known.st_size, known.st_mtime_ns)
-    except (OSError, KeyError, RuntimeError, ValueError, TypeError) as error:
+    except DAMAGE as error:
         line = " ".join(str(error).split()) or type(error).__name__
         return Entry(path.name, "?", "damaged", size=known.st_size, mtime_ns=known.st_mtime_ns, detail=line)
 

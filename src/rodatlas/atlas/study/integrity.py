@@ -5,6 +5,8 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
+from rodatlas.continuation.store import DAMAGE
+
 
 def read_everything(path: Path) -> str:
     """Read every dataset and attribute of an HDF5 file, whose checksums tell damage; what is wrong, or nothing."""
@@ -19,6 +21,6 @@ def read_everything(path: Path) -> str:
         with h5py.File(path, "r") as file:
             dict(file.attrs)
             file.visititems(visit)
-    except (OSError, KeyError, RuntimeError, ValueError, TypeError) as error:
+    except DAMAGE as error:
         return " ".join(str(error).split()) or type(error).__name__
     return ""

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import re
 from collections.abc import Mapping
+from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -13,10 +14,11 @@ from rodatlas.atlas.study.catalogue import NAME, Catalogue, read_catalogue
 from rodatlas.atlas.study.folder import PLAN, failure_of
 from rodatlas.atlas.study.inspection import Entry, inspect_file, inspect_work
 from rodatlas.atlas.unfinished import clear_leftover, settings_in
+from rodatlas.continuation.checks import as_path
 from rodatlas.files import alone_in, remove_partials
 
 if TYPE_CHECKING:
-    import pandas as pd
+    from rodatlas.continuation.table import Table
 
 SCHEMA = "rodatlas/show/1"
 
@@ -45,12 +47,12 @@ class Listing:
         kinds = dict.fromkeys(e.status for e in self.entries)
         return f"Listing({self.folder}: {', '.join(f'{self.count(k)} {k}' for k in kinds) or 'nothing'})"
 
-    def to_frame(self) -> pd.DataFrame:
+    def to_frame(self) -> Table:
         """One row for each entry; settings in columns of their own."""
-        import pandas as pd
+        from rodatlas.continuation.table import Table
 
         rows = [e.to_json() for e in self.entries]
-        return pd.DataFrame([{**{k: v for k, v in r.items() if k != "settings"}, **r["settings"]} for r in rows])
+        return Table([{**{k: v for k, v in r.items() if k != "settings"}, **r["settings"]} for r in rows])
 
     def to_json(self) -> dict[str, Any]:
         """Plain values for JSON."""
@@ -75,8 +77,14 @@ def list_folder(folder: Path, thorough: bool = False) -> Listing:
     ValueError
         when there is no such folder.
     """
-    if not folder.is_dir():
-        raise ValueError(f"folder: expected a folder with results, got '{folder}'")
+    folder = as_path("folder", folder)
+    try:
+        if not folder.is_dir():
+            raise ValueError("no folder")
+        next(folder.iterdir(), None)
+    except (OSError, ValueError) as error:
+        why = error.strerror if isinstance(error, OSError) else error
+        raise ValueError(f"folder: expected a folder with results, got '{folder}' ({why})") from None
     drop_leftovers(folder)
     known = read_catalogue(folder)
     entries = scan(folder, {} if thorough else known, thorough)
@@ -115,13 +123,20 @@ def scan(folder: Path, known: Mapping[str, Entry], thorough: bool = False) -> li
     for path in sorted(folder.iterdir(), key=_by_number):
         if path.name.startswith("."):
             continue
-        if path.is_dir():
-            found += [work] if (work := inspect_work(path)) is not None else []
-        elif path.suffix == ".h5":
-            found.append(_known(path, known.get(path.name)) or inspect_file(path, thorough))
-        elif path.suffix == ".json" and path.name != PLAN and not path.with_suffix(".h5").exists():
-            found += [text] if (text := _inspect_json(path)) is not None else []
+        with suppress(FileNotFoundError):  # renamed or removed meanwhile by a run that has finished it
+            found += [entry] if (entry := _inspect(path, known, thorough)) is not None else []
     return found
+
+
+def _inspect(path: Path, known: Mapping[str, Entry], thorough: bool) -> Entry | None:
+    """The result or unfinished result that a file or folder holds, if any."""
+    if path.is_dir():
+        return inspect_work(path)
+    if path.suffix == ".h5":
+        return _known(path, known.get(path.name)) or inspect_file(path, thorough)
+    if path.suffix == ".json" and path.name != PLAN and not path.with_suffix(".h5").exists():
+        return _inspect_json(path)
+    return None
 
 
 def _by_number(path: Path) -> list[str | float]:
@@ -143,11 +158,16 @@ def _inspect_json(path: Path) -> Entry | None:
     try:
         data = json.loads(path.read_text())
         schema = data["schema"]
-    except (OSError, ValueError, KeyError, TypeError):
+    except (OSError, ValueError, KeyError, TypeError, RecursionError):
+        return None
+    if not isinstance(schema, str):
         return None
     kind = schema.removeprefix("rodatlas/").rpartition("/")[0]
     contents = f"{len(data['states'])} states" if isinstance(data.get("states"), list) else ""
     settings = {k: data[k] for k in ("angle_deg", "shear", "compression", "poisson") if k in data}
+    bounds = data.get("shear_range")
+    if isinstance(bounds, list) and len(bounds) == 2:
+        settings |= dict(zip(("shear_min", "shear_max"), bounds, strict=True))
     return Entry(path.name, kind, "complete", settings, contents, size=now.st_size, mtime_ns=now.st_mtime_ns)
 
 
@@ -161,9 +181,17 @@ def read_plan(folder: Path) -> dict[str, Any]:
     """What the last study in a folder has planned; empty without one."""
     try:
         plan = json.loads((folder / PLAN).read_text())
-        return plan if isinstance(plan, dict) else {}
-    except (OSError, ValueError):
+        return plan if isinstance(plan, dict) and all(map(_is_planned, plan.get("tasks", []))) else {}
+    except TypeError:
         return {}
+    except (OSError, ValueError, RecursionError):
+        return {}
+
+
+def _is_planned(task: Any) -> bool:
+    """Whether an entry of a plan is what a study writes."""
+    texts = isinstance(task, dict) and all(isinstance(task.get(name), str) for name in ("file", "kind"))
+    return texts and isinstance(task.get("settings"), dict)
 
 
 def _write_catalogue(folder: Path, entries: list[Entry]) -> None:

@@ -16,6 +16,8 @@ from contextlib import contextmanager, suppress
 from types import TracebackType
 from typing import Any
 
+from rodatlas.continuation.checks import check_type
+
 ONE_THREAD = dict.fromkeys(
     ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "NUMBA_NUM_THREADS", "BLIS_NUM_THREADS",
      "VECLIB_MAXIMUM_THREADS"), "1",
@@ -34,6 +36,7 @@ class LocalExecutor:
     """
 
     def __init__(self, workers: int):
+        check_type("workers", workers, int, "a whole number of at least 1")
         if workers < 1:
             raise ValueError(f"workers: expected a number of at least 1, got {workers}")
         self._slots = [_Slot() for _ in range(workers)]

@@ -16,6 +16,7 @@ from rodatlas.atlas.study.local import LocalExecutor
 from rodatlas.atlas.study.outcome import Event
 from rodatlas.atlas.study.task import Task
 from rodatlas.atlas.unfinished import Say, silent
+from rodatlas.continuation.checks import as_path, check_each
 from rodatlas.failures import Failure
 from rodatlas.progress import Progress, tells
 
@@ -58,6 +59,8 @@ def obtain_slices(
     TasksFailed
         when slices could not be computed; all others are in their files.
     """
+    folder = as_path("folder", folder)
+    check_each("settings", settings, SliceSettings, "a sequence of SliceSettings")
     unique = list(dict.fromkeys(settings))
     missing = [s for s in unique if fresh or not _is_stored(folder, s)]
     if len(missing) > 1 and workers > 1:

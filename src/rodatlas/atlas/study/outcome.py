@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 from rodatlas.atlas.study.task import Task
 
 if TYPE_CHECKING:
-    import pandas as pd
+    from rodatlas.continuation.table import Table
 
 SCHEMA = "rodatlas/study/1"
 
@@ -124,11 +124,11 @@ class StudyResult:
             for o in self.outcomes
         ]  # fmt: skip
 
-    def to_frame(self) -> pd.DataFrame:
+    def to_frame(self) -> Table:
         """One row for each task; settings in columns of their own."""
-        import pandas as pd
+        from rodatlas.continuation.table import Table
 
-        return pd.DataFrame([{**{k: v for k, v in r.items() if k != "settings"}, **r["settings"]} for r in self.rows()])
+        return Table([{**{k: v for k, v in r.items() if k != "settings"}, **r["settings"]} for r in self.rows()])
 
     def to_json(self) -> dict[str, Any]:
         """Plain values for JSON."""

@@ -14,6 +14,7 @@ from rodatlas.atlas.study.cluster_settings import ClusterSettings
 from rodatlas.atlas.study.folder import PLAN
 from rodatlas.atlas.study.kinds.base import Settings
 from rodatlas.atlas.study.task import Task, task_of, with_requirements
+from rodatlas.continuation.checks import check_each, check_type
 from rodatlas.files import write_text
 
 SCHEMA = "rodatlas/study-plan/1"
@@ -39,6 +40,8 @@ class Study:
     @classmethod
     def of(cls, name: str, settings: Iterable[Settings], retries: int = 2) -> Study:
         """The study of the results for some settings: of slices, loci, searches for states, in any mixture."""
+        check_type("name", name, str, "a name for the study")
+        check_each("settings", settings, object, "a sequence of settings such as [SliceSettings(15.0)]")
         return cls(name, with_requirements(map(task_of, settings)), retries)
 
     @classmethod

@@ -11,13 +11,14 @@ from pathlib import Path
 
 from rodatlas.atlas.study.catalogue import Catalogue, read_catalogue
 from rodatlas.atlas.study.coordinator import Coordinator, Executor
-from rodatlas.atlas.study.folder import PROGRESS, forget_failure, write_failure
+from rodatlas.atlas.study.folder import FAILURE, PLAN, PROGRESS, forget_failure, write_failure
 from rodatlas.atlas.study.inspection import Entry, inspect_file
 from rodatlas.atlas.study.listing import drop_leftovers, scan
 from rodatlas.atlas.study.local import LocalExecutor
 from rodatlas.atlas.study.outcome import Event, Listener, Outcome, Status, StudyResult, ignore
 from rodatlas.atlas.study.plan import Study, write_plan
 from rodatlas.atlas.study.task import Task
+from rodatlas.continuation.checks import as_path, check_type
 from rodatlas.files import alone_in, remove_partials, set_aside
 
 PATIENCE = 10.0  # seconds for a file that a worker on another machine has written to appear here
@@ -52,13 +53,15 @@ def run_study(
     ValueError
         when the folder cannot be used, another study is running in it, or the cluster cannot.
     """
+    folder = as_path("folder", folder)
+    check_type("study", study, Study, "a Study, see Study.of and Study.load")
     begin = time.perf_counter()
     place = Path(folder).resolve()
     place.mkdir(parents=True, exist_ok=True)
     with alone_in(place):
         run = write_plan(place, study)
         local = executor is None and not scheduler and (study.cluster is None or workers is not None)
-        remove_partials(place, 0.0 if local else 60.0)
+        _remove_partials(place, study, 0.0 if local else 60.0)
         drop_leftovers(place)
         account = _Account(place, listen)
         outcomes = {t.stem: Outcome(t, Status.REUSED) for t in study.tasks if account.has(t)}
@@ -72,9 +75,16 @@ def run_study(
                 )
                 coordinator.compute(missing)
         shutil.rmtree(place / PROGRESS, ignore_errors=True)
-        remove_partials(place, 0.0 if local else 60.0)
+        _remove_partials(place, study, 0.0 if local else 60.0)
     found = tuple(outcomes[t.stem] for t in study.tasks)
     return StudyResult(study.name, Path(folder), found, time.perf_counter() - begin)
+
+
+def _remove_partials(folder: Path, study: Study, older_than: float) -> None:
+    """Remove what kills have left of files of this study; of those of others, which may be at work, what is old."""
+    remove_partials(folder)
+    files = {PLAN} | {f"{t.stem}{end}" for t in study.tasks for end in ("", ".h5", FAILURE)}
+    remove_partials(folder, older_than, files.__contains__)
 
 
 class _Account:

@@ -40,6 +40,7 @@ from rodatlas.atlas.study.plan import Study
 from rodatlas.atlas.study.task import Task, task_of, with_requirements
 
 MOST = 100_000  # tasks of one study, against slips of the pen in grids
+MOST_JOBS, MOST_CORES = 10_000, 1024  # of a cluster, likewise
 DIGITS = 12  # to which grid values are rounded, so that 0.3 + 0.1 is 0.4
 
 
@@ -80,8 +81,8 @@ class Cluster(_Model):
     """A `[cluster]` table; see :class:`rodatlas.atlas.study.cluster_settings.ClusterSettings`."""
 
     kind: Literal["slurm"]
-    jobs: StrictInt = Field(default=1, ge=1)
-    cores: StrictInt = Field(default=1, ge=1)
+    jobs: StrictInt = Field(default=1, ge=1, le=MOST_JOBS)
+    cores: StrictInt = Field(default=1, ge=1, le=MOST_CORES)
     memory: StrictStr = "2GB"
     walltime: StrictStr = Field(default="01:00:00", pattern=r"^(\d+-)?\d+(:\d\d){0,2}$")
     queue: StrictStr = ""
@@ -101,10 +102,15 @@ def read_study(path: Path) -> Study:
         in one line, for a file that cannot be read, and with the path of every value that is wrong.
     """
     try:
-        data = tomllib.loads(path.read_text(encoding="utf-8"))
-    except OSError as error:
-        raise ValueError(f"study: expected a file that can be read, got '{path}' ({error.strerror})") from None
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
+        content = path.read_bytes()
+    except (OSError, ValueError) as error:  # ValueError: a name that the system does not take
+        why = error.strerror if isinstance(error, OSError) else error
+        raise ValueError(f"study: expected a file that can be read, got '{path}' ({why})") from None
+    try:
+        data = tomllib.loads(content.decode("utf-8").replace("\r\n", "\n"))
+    except RecursionError:
+        raise ValueError(f"{path.name}: expected TOML, got tables or lists in each other without end") from None
+    except ValueError as error:
         raise ValueError(f"{path.name}: expected TOML, got something else: {error}") from None
     return parse_study(data, path.name, path.stem)
 

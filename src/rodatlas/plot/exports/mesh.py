@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from rodatlas.continuation.checks import check_type
 from rodatlas.plot.surface import BandSurface
 
 ACROSS = 6  # strips side by side
@@ -59,6 +60,7 @@ def sheet(surface: BandSurface, length: float = 1.0) -> Mesh:
     ----------
     length : the rod length L in the unit of the mesh, in mm say.
     """
+    check_type("surface", surface, BandSurface, "a BandSurface, see band_surface")
     rows, columns = len(surface.s), ACROSS + 1
     first = columns * np.arange(rows - 1)[:, None] + np.arange(ACROSS)
     faces = np.stack([first, first + columns, first + columns + 1, first + 1], axis=-1).reshape(-1, 4)
@@ -78,6 +80,7 @@ def box(surface: BandSurface, thickness: float, length: float = 1.0) -> Mesh:
     thickness : t, in units of the rod length.
     length : the rod length L in the unit of the mesh.
     """
+    check_type("surface", surface, BandSurface, "a BandSurface, see band_surface")
     if not thickness > 0:
         raise ValueError(f"thickness: expected a positive number, got {thickness}")
     half, middle = 0.5 * thickness * surface.directors[1][:, None], _grid(surface)

@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
+from rodatlas.continuation.checks import check_type
 from rodatlas.files import replace_file
 from rodatlas.plot.exports.mesh import Mesh
 
@@ -15,6 +16,7 @@ TRIANGLE = np.dtype([("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("attribu
 
 def write_stl(path: str | os.PathLike[str], mesh: Mesh, title: str = "rodatlas") -> Path:
     """Write a closed mesh as one solid: 80 bytes of title, the number of triangles, 50 bytes for each of them."""
+    check_type("mesh", mesh, Mesh, "a Mesh, see sheet and box")
     corners = mesh.vertices[mesh.triangles]
     normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
     normals /= np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), 1e-300)

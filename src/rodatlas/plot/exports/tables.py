@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from rodatlas.continuation.checks import check_has
 from rodatlas.files import replace_file
 
 if TYPE_CHECKING:
@@ -18,21 +19,24 @@ if TYPE_CHECKING:
 
 SAMPLES = 201
 UNITS = "lengths in L, forces in GJ/L^2, moments and energies in GJ/L"
+MEANT = "; psi0 in radians, a is EI1/GJ"
 
 
 def solution_table(solution: Solution, samples: int = SAMPLES) -> tuple[pd.DataFrame, list[str]]:
     """Unknowns at equidistant s, and comment lines with the parameters and observables."""
+    check_has("solution", solution, ("parameter_names", "observables"), "a Solution such as state_at(Ends(15.0))")
     import pandas as pd
 
     s = np.linspace(0.0, 1.0, samples)
     named = [*zip(solution.parameter_names, solution.parameters.tolist(), strict=True), *solution.observables.items()]
-    lines = [*(f"{key} = {value:.12g}" for key, value in named), f"{UNITS}; body components"]
+    lines = [*(f"{key} = {value:.12g}" for key, value in named), f"{UNITS}; body components{MEANT}"]
     return pd.DataFrame(np.column_stack([s, solution(s)]), columns=["s", *solution.unknowns]), lines
 
 
 def slice_tables(slice_: Any) -> dict[str, pd.DataFrame]:
     """The tables of a :class:`rodatlas.atlas.Slice`: named stable 'states', 'events' (bifurcations), and 'branches'
-    with a row for each computed point, in order along each branch."""
+    with a row for each computed point, in order along each branch. The ranges of shear of self-contact are one text."""
+    check_has("slice", slice_, ("settings", "branches", "states"), "a Slice, see compute_slice and Slice.load")
     import pandas as pd
 
     frames = []
@@ -46,12 +50,16 @@ def slice_tables(slice_: Any) -> dict[str, pd.DataFrame]:
         for side, column in enumerate(("index_before", "index_after")):
             events.insert(events.columns.get_loc("index"), column, [pair[side] for pair in events["index"]])
         events = events.drop(columns="index")
-    return {"states": slice_.to_frame(), "events": events, "branches": branches}
+    states = slice_.to_frame()
+    if len(states):
+        states["contact"] = ["; ".join(f"{low:.6g} {high:.6g}" for low, high in spans) for spans in states["contact"]]
+    return {"states": states, "events": events, "branches": branches}
 
 
 def loci_tables(loci: Any) -> dict[str, pd.DataFrame]:
     """The tables of :class:`rodatlas.atlas.Loci`: 'events' (special points), and 'points' with a row for each computed
     point of each piece, the pieces without a number too."""
+    check_has("loci", loci, ("settings", "pieces"), "Loci, see compute_loci and Loci.load")
     import pandas as pd
 
     rows = [
@@ -90,6 +98,7 @@ LENGTHS = ("s", "x", "y", "z", "shear", "height", "shear_low", "shear_high", "he
 
 def with_millimeters(frame: pd.DataFrame, length: float) -> pd.DataFrame:
     """The table with a column in mm beside each length, for a band of a length in mm."""
+    check_has("frame", frame, ("columns", "insert"), "a data frame")
     out = frame.copy()
     for name in (name for name in LENGTHS if name in frame):
         out.insert(int(out.columns.get_loc(name)) + 1, f"{name}_mm", length * frame[name])
@@ -105,5 +114,6 @@ def write_csv(
     ----------
     bare : let the line of names be a comment too, so that `numpy.loadtxt` reads the file as it is.
     """
+    check_has("frame", frame, ("to_csv",), "a data frame")
     text = "".join(f"# {line}\n" for line in comments) + ("# " if bare else "")
     return replace_file(path, (text + frame.to_csv(index=False, float_format="%.12g")).encode())

@@ -11,6 +11,7 @@ from xml.sax.saxutils import quoteattr
 
 import numpy as np
 
+from rodatlas.continuation.checks import check_type
 from rodatlas.files import replace_file
 from rodatlas.plot.exports.mesh import ACROSS, Mesh
 
@@ -32,6 +33,9 @@ def point_fields(solution: Solution, s: np.ndarray, length: float = 1.0, unit: s
         moment in space, energy density.
     """
     from rodatlas.rods.kinematics import directors
+    from rodatlas.rods.perfectly_anisotropic import check_rod
+
+    check_rod(solution)
 
     value = {name: solution(s, name) for name in solution.unknowns}
     quaternion = np.column_stack([value[f"q{i}"] for i in range(4)])
@@ -58,6 +62,7 @@ def write_vtp(path: str | os.PathLike[str], mesh: Mesh, fields: Mapping[str, np.
     ValueError
         when a field has another number of rows than the mesh has vertices.
     """
+    check_type("mesh", mesh, Mesh, "a Mesh, see sheet and box")
     fields = dict(fields or {})
     for name, field in fields.items():
         if len(field) != len(mesh.vertices):
