@@ -219,8 +219,6 @@ def test_wrong_problems_are_refused_by_name() -> None:
         make(scales={"u": 0.0})
     with pytest.raises(ValueError, match="boundary: expected at least 2 conditions for 2 unknowns, got 1"):
         make(boundary=lambda left, right, p: [left.u])
-    with pytest.raises(ValueError, match="parameters: expected at least one"):
-        make(parameters={})
     with pytest.raises(ValueError, match="unknowns: expected at least one name"):
         make(unknowns=())
     with pytest.raises(ValueError, match="parameter: expected one of lam, got 'mu'"):

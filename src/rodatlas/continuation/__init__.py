@@ -14,9 +14,10 @@ from rodatlas.continuation.options import StepControl, TraceOptions
 from rodatlas.continuation.problem import BVP, end_value, integral_of
 from rodatlas.continuation.results import Branch, Discrepancy, EndReason, NormalForm, Point, SpecialPoint, Status
 from rodatlas.continuation.solution import Solution
+from rodatlas.continuation.start import NotConverged
 from rodatlas.continuation.switch import switch, switch_all
 from rodatlas.continuation.symmetry import Symmetry
-from rodatlas.continuation.trace import NotConverged, follow, solve, trace
+from rodatlas.continuation.trace import follow, solve, trace
 
 __all__ = [
     "BVP", "Branch", "Discrepancy", "EndReason", "Locus", "LocusEvent", "LocusPoint", "MeshControl", "NewtonCode",

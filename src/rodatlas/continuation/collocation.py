@@ -375,6 +375,8 @@ def free_indices(bvp: BVP, free: Sequence[str]) -> list[int]:
     names = list(free)
     if isinstance(free, str):
         raise ValueError(f"free: expected a sequence of names, got the string '{free}': write ('{free}',)")
+    if not bvp.parameters:
+        raise ValueError("parameters: expected at least one to follow a branch or search along it, got none")
     if len(names) != bvp.n_free or len(set(names)) != len(names):
         raise ValueError(
             f"free: expected {bvp.n_free} parameter name(s) ({bvp.n_boundary} boundary + {bvp.n_integral} integral "

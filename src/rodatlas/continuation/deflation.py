@@ -31,7 +31,8 @@ from rodatlas.continuation.newton import Condition, NewtonCode, fixed, newton
 from rodatlas.continuation.options import TraceOptions
 from rodatlas.continuation.problem import BVP
 from rodatlas.continuation.solution import Solution
-from rodatlas.continuation.trace import NotConverged, solve
+from rodatlas.continuation.start import NotConverged
+from rodatlas.continuation.trace import solve
 
 Image = Callable[[Solution], Solution]
 """A symmetry of the problem: it maps solutions to solutions at the same parameters."""

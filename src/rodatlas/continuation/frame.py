@@ -10,7 +10,6 @@ from rodatlas.continuation.augmented import kernel_directions
 from rodatlas.continuation.collocation import Collocation, Scale, add, predicted, scaled
 from rodatlas.continuation.isotropy import restrict, symmetric_mesh
 from rodatlas.continuation.linear import Blocks, Columns, Factorization
-from rodatlas.continuation.mesh import equidistribute, error_estimate, monitor, wanted_intervals
 from rodatlas.continuation.multiple_start import ray_at
 from rodatlas.continuation.newton import NewtonCode, NewtonResult, fixed, is_singular_around, newton, plane
 from rodatlas.continuation.options import TraceOptions
@@ -25,7 +24,7 @@ class Frame:
     `branch_test` is sign and log|det| of the bordered matrix; `previous` and `previous_step` serve the quadratic
     predictor; `error` is the last error estimate. `weakest` approximates the direction in which the bordered matrix is
     nearest to singular, `weakness` is its singular value there, `weakness_before` that of the point before; it is
-    negative when a branch point was passed since.
+    negative when a branch point was passed since. `with_mode` says that the mesh follows `weakest` too.
     """
 
     colloc: Collocation
@@ -38,6 +37,7 @@ class Frame:
     weakest: Columns | None = None
     weakness: float = float("nan")
     weakness_before: float = float("nan")
+    with_mode: bool = False
 
     @property
     def parameter(self) -> float:
@@ -56,8 +56,9 @@ class Frame:
         t = unit_tangent(self.colloc, fac, self.tangent)
         vector, value = smallest_singular(self.colloc, fac, self.weakest)
         return Frame(
-            self.colloc, state, t, (fac.sign, fac.log_det), self.tangent, step, self.error, vector, value, self.weakness
-        )
+            self.colloc, state, t, (fac.sign, fac.log_det), self.tangent, step, self.error, vector, value,
+            self.weakness, self.with_mode,
+        )  # fmt: skip
 
     def reversed(self) -> Frame:
         """The same point, looking the other way."""
@@ -85,17 +86,17 @@ def unit_tangent(colloc: Collocation, fac: Factorization, along: Columns) -> Col
 
 
 def smallest_singular(
-    colloc: Collocation, fac: Factorization, guess: Columns | None, scalars: int | None = None
+    colloc: Collocation, fac: Factorization, guess: Columns | None, scalars: int | None = None, passes: int = 1
 ) -> tuple[Columns | None, float]:
     r"""Smallest singular value of the bordered matrix, and its right vector, by inverse iteration.
 
     Norms are those of functions on both sides (residuals of the equations per unit length), so the value does not
-    depend on the mesh. One iteration from the vector of a neighbouring point is enough to follow it. The matrix has as
-    many scalar unknowns as the problem has free parameters, or `scalars` of them.
+    depend on the mesh. One pass of iteration from the vector of a neighbouring point is enough to follow it. The matrix
+    has as many scalar unknowns as the problem has free parameters, or `scalars` of them.
     """
     if fac.sign == 0.0:
         return guess, 0.0
-    x, passes = guess, 1
+    x = guess
     if x is None:
         rng, shape = np.random.default_rng(11), (*colloc.gauss.shape, len(colloc.scale.unknowns))
         wave = rng.normal(size=(2, shape[2]))
@@ -193,41 +194,9 @@ def _at_branch_point(colloc: Collocation, x: Columns, along: Columns, options: T
     return Frame(there, state, tangent, (0.0, -np.inf)) if there.norm(add(state, (-1.0, before))) < 1e-4 else None
 
 
-def with_tests(frame: Frame) -> Frame:
+def with_tests(frame: Frame, passes: int = 1) -> Frame:
     """Evaluate the bordered determinant with the frame's own tangent, and how close to singular the matrix is."""
     colloc = frame.colloc
     fac = colloc.factor(colloc.linearize(frame.x), [colloc.row(frame.tangent)])
-    vector, value = smallest_singular(colloc, fac, frame.weakest)
+    vector, value = smallest_singular(colloc, fac, frame.weakest, passes=passes)
     return replace(frame, branch_test=(fac.sign, fac.log_det), weakest=vector, weakness=value)
-
-
-def adapted(frame: Frame, options: TraceOptions, correct: bool) -> tuple[Frame, int]:
-    """Move the mesh, and change its size, to follow the solution; returns the frame and Newton iterations spent.
-
-    Along a branch the next step corrects the interpolation, whose error is far below that of a predictor. With
-    `correct` the frame is corrected here; the old frame comes back when that fails, or when it would carry the point
-    across a fold.
-    """
-    control = options.mesh
-    colloc = frame.colloc
-    intervals = len(colloc.step)
-    error, spent = frame.error, 0
-    if not control.is_fixed_size:
-        estimate, spent = error_estimate(colloc, frame.x, frame.tangent), 2
-        error = estimate.error
-        intervals = wanted_intervals(control, intervals, estimate)
-    mesh = equidistribute(colloc.mesh, monitor(colloc, frame.x), intervals)
-    moved = frame.on_mesh(mesh if colloc.within is None else colloc.within.mesh(mesh))
-    carried = error * max(1.0, len(colloc.step) / intervals) ** (2 * colloc.scheme.points)  # on fewer intervals
-    if not correct:
-        return replace(moved, error=carried), spent
-    result = newton(moved.colloc, moved.x, [plane(moved.colloc, moved.tangent, moved.x)], options.newton)
-    spent += len(result.corrections)
-    if not result.converged or result.factorization is None:
-        return replace(frame, error=error), spent
-    t = unit_tangent(moved.colloc, result.factorization, moved.tangent)
-    if t.scalars[0] * frame.fold_test < 0:
-        return replace(frame, error=error), spent
-    sign = frame.branch_test[0] or result.factorization.sign
-    tests = (sign, result.factorization.log_det)
-    return replace(moved, x=result.state, tangent=t, error=carried, branch_test=tests), spent

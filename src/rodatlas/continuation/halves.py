@@ -15,6 +15,7 @@ from rodatlas.continuation.frame import Frame
 from rodatlas.continuation.linear import Columns
 from rodatlas.continuation.newton import NewtonCode
 from rodatlas.continuation.options import TraceOptions
+from rodatlas.continuation.resolve import doubted
 from rodatlas.continuation.results import Branch, EndReason, Point, SpecialPoint, Status
 from rodatlas.continuation.solution import Solution
 from rodatlas.continuation.verification import ROUND_OFF, Discrepancy, Verification
@@ -106,11 +107,11 @@ def joined(
     """The branch from its two halves; `start` is the first end's reason when there is one half only."""
     bvp = frame.colloc.bvp
     names = tuple(bvp.parameter_names[i] for i in frame.colloc.free)
-    points, special, discrepancies = _collect(forward.steps)
+    points, special, discrepancies = _collect(forward)
     points = [forward.walker.first_point(), *points]
     first, failure, spent = start, None, forward.walker.newton_iterations
     if backward is not None:
-        more, also, doubts = _collect(backward.steps)
+        more, also, doubts = _collect(backward)
         points = [flipped(p) for p in reversed(more)] + points
         also = [flipped_special(x) for x in reversed(also)]
         special = also + special[_is_at_start(also, special) :]
@@ -140,10 +141,14 @@ def verified(
     )  # fmt: skip
 
 
-def _collect(steps: list[Step]) -> tuple[list[Point], list[SpecialPoint], list[Discrepancy]]:
-    return (
-        [s.point for s in steps], [x for s in steps for x in s.special], [s.discrepancy for s in steps if s.discrepancy]
+def _collect(half: Half) -> tuple[list[Point], list[SpecialPoint], list[Discrepancy]]:
+    steps = half.steps
+    points, special = doubted(
+        [s.point for s in steps], [x for s in steps for x in s.special], half.walker.doubts
     )  # fmt: skip
+    found = [s.discrepancy for s in steps if s.discrepancy]
+    unseen = [d for d in half.walker.unseen if all(d.bracket != other.bracket for other in found)]
+    return points, special, sorted([*found, *unseen], key=lambda d: d.bracket)
 
 
 def _is_at_start(before: list[SpecialPoint], after: list[SpecialPoint]) -> bool:

@@ -9,9 +9,10 @@ import numpy as np
 
 from rodatlas.continuation.checks import check_each, check_fields
 from rodatlas.continuation.collocation import Collocation, add
-from rodatlas.continuation.linear import Columns
+from rodatlas.continuation.linear import Columns, Factorization
 
 MIN_INTERVALS = 4
+ACCEPTED = 10.0  # errors up to this multiple of the tolerance: between two adaptations a mesh lags behind the solution
 MIN_WIDTH = 1e-12  # narrowest interval, in units of the mean one: below about 1e-14 two mesh points could coincide
 
 
@@ -47,6 +48,10 @@ class MeshControl:
     @property
     def is_fixed_size(self) -> bool:
         return self.intervals[0] == self.intervals[1]
+
+    def accepts(self, error: float) -> bool:
+        """Whether an estimated error is one to return without a word; on a mesh of fixed size none is estimated."""
+        return self.is_fixed_size or error <= ACCEPTED * self.tolerance
 
 
 def monitor(colloc: Collocation, x: Columns) -> np.ndarray:
@@ -107,7 +112,21 @@ class ErrorEstimate:
         return self.error < 1e-5 and self.round_off > 0.2 * self.error
 
 
+@dataclass(frozen=True)
+class Halves:
+    """The discretisation on halved intervals, the factored matrix there (bordered), and the error that it tells."""
+
+    colloc: Collocation
+    factorization: Factorization
+    estimate: ErrorEstimate
+
+
 def error_estimate(colloc: Collocation, x: Columns, tangent: Columns | None = None) -> ErrorEstimate:
+    """Error of the solution at its mesh points, see :func:`halves_of`."""
+    return halves_of(colloc, x, tangent).estimate
+
+
+def halves_of(colloc: Collocation, x: Columns, tangent: Columns | None = None) -> Halves:
     r"""Error of the solution at its mesh points.
 
     The solution is carried to the mesh of halved intervals, where the collocation error is about
@@ -129,10 +148,11 @@ def error_estimate(colloc: Collocation, x: Columns, tangent: Columns | None = No
         row = fine.row(carry(tangent))
     factorization = fine.factor(lin, [row])
     if factorization.sign == 0.0:
-        return ErrorEstimate(float("nan"), float("nan"))
+        return Halves(fine, factorization, ErrorEstimate(float("nan"), float("nan")))
     dx = factorization.solve(fine.right_hand_side(lin.residual, [row], [0.0]))
     again = factorization.solve(fine.right_hand_side(fine.linearize(add(y, (1.0, dx))).residual, [row], [0.0]))
-    return ErrorEstimate(*(relative_change(colloc, x, Columns(d.stage, d.mesh[::2], d.scalars)) for d in (dx, again)))
+    sizes = (relative_change(colloc, x, Columns(d.stage, d.mesh[::2], d.scalars)) for d in (dx, again))
+    return Halves(fine, factorization, ErrorEstimate(*sizes))
 
 
 def relative_change(colloc: Collocation, x: Columns, dx: Columns) -> float:

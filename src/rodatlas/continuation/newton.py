@@ -118,11 +118,13 @@ def _next_correction(sizes: list[float], size: float) -> float:
     return max(size * (size / sizes[-1]) ** 2, size**2)
 
 
-def is_singular_around(colloc: Collocation, x: Columns, row: Row) -> bool:
-    """Whether the problem, bordered by a row, is singular to round-off at x and at a state near it.
+def is_singular_around(colloc: Collocation, x: Columns, row: Row, tangent: Columns | None = None) -> bool:
+    """Whether the problem, bordered by a row, is singular to round-off at x and at states near it.
 
     At a branch point the first holds but not the second. Both hold where conditions repeat one another or leave
     something undetermined: then a consistent right-hand side has many solutions, and Newton finds an arbitrary one.
+    What is left undetermined only by the solutions themselves, as the period of an oscillation of amplitude zero, shows
+    nowhere else than along them: with a tangent, the states near by are also those along it and along each parameter.
     """
     rng, n = np.random.default_rng(17), x.stage.shape[2]
     shift, slope = 1e-3 * rng.normal(size=(2, n))
@@ -131,13 +133,22 @@ def is_singular_around(colloc: Collocation, x: Columns, row: Row) -> bool:
         x.mesh + shift + colloc.mesh[:, None] * slope,
         x.scalars + 1e-3 * rng.normal(size=x.scalars.shape),
     )
-    return _is_singular(colloc, x, row, rng) and _is_singular(colloc, near, row, rng)
+    if not _is_singular(colloc, x, row, rng):
+        return False
+    if _is_singular(colloc, near, row, rng):
+        return True
+    if tangent is None:
+        return False
+    k = len(colloc.free)
+    ways = [tangent, *(Columns(0 * x.stage, 0 * x.mesh, unit) for unit in np.eye(k))] if k > 1 else []
+    return bool(ways) and all(_is_singular(colloc, add(x, (1e-3, way)), row, rng) for way in ways)
 
 
 def _is_singular(colloc: Collocation, x: Columns, row: Row, rng: np.random.Generator) -> bool:
     """Whether the response to a load changes by more than a thousandth when the derivative changes by 1e-14.
 
-    (The size of the response would not tell: it is large, and accurate, for growing solutions.)
+    Entries change in proportion, those of the parameters also by that much in scaled variables. (The size of the
+    response would not tell: it is large, and accurate, for growing solutions.)
     """
     n_int, _, n = x.stage.shape
     load = Blocks(
@@ -154,6 +165,8 @@ def _is_singular(colloc: Collocation, x: Columns, row: Row, rng: np.random.Gener
         blocks = {key: getattr(lin, key) for key in keys}
         for noise in (0.0, 1e-14):
             blurred = {key: block * (1.0 + noise * rng.normal(size=block.shape)) for key, block in blocks.items()}
+            for key in ("stage_scal", "b_scal", "dense_scal"):  # a parameter without effect has a column of zeros
+                blurred[key] = blurred[key] + noise * rng.normal(size=blurred[key].shape)
             factorization = colloc.factor(replace(lin, **blurred), [row])
             if factorization.sign == 0.0:
                 return True

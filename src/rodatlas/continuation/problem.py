@@ -103,7 +103,7 @@ class BVP:
     unknowns : sequence of str
         names of the n components of u.
     parameters : mapping of str to float
-        names and default values of the scalars p.
+        names and default values of the scalars p; a problem that is only to be solved needs none.
     observables : mapping of str to Observable
         functionals that are recorded along branches and can be used as events.
     scales : mapping of str to float
@@ -135,7 +135,7 @@ class BVP:
         integrals: Callable[..., Any] | Sequence[Callable[..., Any]] = (),
         *,
         unknowns: Sequence[str],
-        parameters: Mapping[str, float],
+        parameters: Mapping[str, float] | None = None,
         observables: Mapping[str, Observable] | None = None,
         scales: Mapping[str, float] | None = None,
         symmetries: Sequence[Symmetry] = (),
@@ -144,14 +144,14 @@ class BVP:
     ):
         self.name = name
         self.unknowns = _names("unknowns", unknowns)
-        self.parameters = _numbers("parameters", parameters)
+        self.parameters = _numbers("parameters", {} if parameters is None else parameters)
         self.observables = dict(observables or {})
         self.scales = _numbers("scales", scales or {})
         _check_names(self.unknowns, self.parameters, self.observables, self.scales)
         self._rhs, self._boundary = rhs, boundary
         self._integrals = (integrals,) if callable(integrals) else tuple(integrals or ())
         _check_functions(self._rhs, self._boundary, self._integrals, self.observables)
-        self._identities = identities
+        self._identities, self._symmetries = identities, tuple(symmetries)
         self._trace()
         self.symmetries, self.gauges = checked(self, symmetries)
 
@@ -186,6 +186,14 @@ class BVP:
             self.parameter_index(key)
             merged[key] = _number("parameters", key, value)
         return np.array(list(merged.values()), dtype=float)
+
+    def with_parameter(self, name: str) -> BVP:
+        """The same problem with one more parameter, zero and without effect."""
+        return BVP(
+            self._rhs, self._boundary, self._integrals, unknowns=self.unknowns,
+            parameters={**self.parameters, name: 0.0}, observables=self.observables, scales=self.scales,
+            symmetries=self._symmetries, identities=self._identities, name=self.name,
+        )  # fmt: skip
 
     def _trace(self) -> None:
         import casadi as ca
@@ -234,7 +242,7 @@ class BVP:
     def _check_count(self) -> None:
         """A branch needs a free parameter, and no more of them than the problem has."""
         fewest = self.size - self.n_integral
-        most = fewest + len(self.parameters) - 1
+        most = fewest + max(0, len(self.parameters) - 1)
         with_integrals = f" and {self.n_integral} integral conditions" if self.n_integral else ""
         if self.n_boundary < fewest:
             raise ValueError(
@@ -303,8 +311,6 @@ def _check_names(
 ) -> None:
     if not unknowns:
         raise ValueError("unknowns: expected at least one name, got none")
-    if not parameters:
-        raise ValueError("parameters: expected at least one name and value, got none")
     names = [*unknowns, *parameters]
     for name in (everything := [*names, *observables]):
         if not name.isidentifier() or everything.count(name) > 1:

@@ -8,6 +8,7 @@ import numpy as np
 
 from rodatlas.continuation.collocation import Collocation
 from rodatlas.continuation.frame import Frame, first_frame
+from rodatlas.continuation.modes import with_resolved_mode
 from rodatlas.continuation.options import TraceOptions
 from rodatlas.continuation.results import Branch, Point, SpecialPoint, Status
 from rodatlas.continuation.walker import Walker
@@ -87,9 +88,11 @@ def _second_look(
     start, _ = first_frame(old.bvp, left.solution, list(old.free), closer, old.scale)
     if start is None or start.branch_test[0] == 0.0:
         return None, 0
+    start, spent = with_resolved_mode(start, closer)
     if start.tangent.scalars @ left.tangent < 0:
         start = start.reversed()
     walker, found = Walker(start, closer), list[SpecialPoint]()
+    walker.newton_iterations += spent
     for taken in walker:
         if taken.discrepancy is not None:
             return None, walker.newton_iterations
@@ -99,7 +102,9 @@ def _second_look(
     reached = walker.last.arclength >= length * (1 - 1e-6) and _passes(walker, right, length)
     inside = [_moved(x, left.arclength) for x in found if x.arclength <= length * (1 + 1e-9)]
     doubtful = any(x.status is Status.BRACKETED for x in inside)
-    return (None if doubtful or not reached else inside), walker.newton_iterations
+    if doubtful or not reached or walker.unseen:
+        return None, walker.newton_iterations
+    return inside, walker.newton_iterations
 
 
 def _passes(walker: Walker, right: Point, length: float) -> bool:

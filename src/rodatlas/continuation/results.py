@@ -29,21 +29,32 @@ class EndReason(Enum):
     START = "starts here"
     BRANCH_POINT = "ends at a branch point of another branch"
     FOLD_LIMIT = "the allowed number of folds is reached"
-    POINT_LIMIT = "the allowed number of points is reached: raise max_points"
+    POINT_LIMIT = (
+        "the allowed number of points is reached: raise max_points, or give larger `scales` to unknowns and parameters "
+        "that change by much more than one"
+    )
     CRITICALITY = "ends where a pitchfork changes between super- and subcritical"
     UNFOLDED = "the branch point does not persist: it needs a symmetry or a branch that the second parameter breaks"
     ROUND_OFF = "round-off: forces or kernels are too large to be known better, on any mesh"
     MIN_STEP = "the step became too small: loosen the tolerance, allow more intervals or a smaller minimum step"
     MESH_LIMIT = "the tolerance needs more intervals than allowed: raise intervals or loosen the tolerance"
+    UNREFINED = (
+        "the state is lost when its mesh is refined, so it may be one of the discrete equations only: start closer to "
+        "a solution, or from more intervals"
+    )
     STOPPED = "stopped by the caller"
     INTERRUPTED = "interrupted: the part computed so far is kept"
 
 
 class Status(Enum):
-    """How well a special point is known."""
+    """How well a special point is known.
+
+    UNRESOLVED: Newton converged, but the error on the finest mesh allowed exceeds ten times the tolerance.
+    """
 
     CONVERGED = "converged"
     BRACKETED = "bracketed"
+    UNRESOLVED = "converged on a mesh that misses the tolerance"
 
 
 @dataclass(frozen=True, eq=False)
@@ -100,7 +111,8 @@ class SpecialPoint:
     Attributes
     ----------
     kind : 'fold', 'branch point', or 'zero of NAME'.
-    status : CONVERGED when Newton on the augmented system converged inside the bracket, else BRACKETED.
+    status : CONVERGED when Newton on the augmented system converged inside the bracket and the error is accepted,
+        UNRESOLVED when no allowed mesh brought it there, else BRACKETED.
     bracket : arclengths of the two points between which the test function changes sign.
     tests : values of the test function at these points.
     index : index of the solution before and after, None when no index function was given.

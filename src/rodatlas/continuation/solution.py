@@ -17,6 +17,8 @@ if TYPE_CHECKING:
 
     from rodatlas.continuation.table import Table
 
+ROUND_OFF = 1e-9  # a place this far outside the interval is meant to be its end
+
 
 @dataclass(frozen=True, eq=False)
 class Solution:
@@ -69,8 +71,11 @@ class Solution:
         return self.observables[name]
 
     def __call__(self, s: np.ndarray | float, name: str | None = None) -> np.ndarray:
-        """Unknowns (len(s), n), or one of them (len(s),), at any s in [0, 1]."""
+        """Unknowns (len(s), n), or one of them (len(s),), at any s in [0, 1]; ValueError outside."""
         s = np.atleast_1d(np.asarray(s, dtype=float))
+        outside = ~((s >= self.mesh[0] - ROUND_OFF) & (s <= self.mesh[-1] + ROUND_OFF))
+        if outside.any():
+            raise ValueError(f"s: expected places from {self.mesh[0]:g} to {self.mesh[-1]:g}, got {s[outside][0]:g}")
         out = Interpolation(self.mesh, self.points, s)(self.values, self.stages)
         return out if name is None else out[:, self.unknowns.index(name)]
 

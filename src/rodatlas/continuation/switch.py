@@ -10,13 +10,15 @@ import numpy as np
 from rodatlas.continuation.augmented import kernel_directions
 from rodatlas.continuation.checks import check_type
 from rodatlas.continuation.collocation import Collocation, Scale, add, free_indices, scaled
-from rodatlas.continuation.frame import Frame, adapted, with_tests
+from rodatlas.continuation.frame import Frame, with_tests
 from rodatlas.continuation.linear import Columns
 from rodatlas.continuation.newton import newton, plane
 from rodatlas.continuation.options import TraceOptions
 from rodatlas.continuation.problem import BVP
 from rodatlas.continuation.results import Branch, EndReason, Point, SpecialPoint
-from rodatlas.continuation.trace import check_belongs, follow
+from rodatlas.continuation.settle import across, settled
+from rodatlas.continuation.start import check_belongs
+from rodatlas.continuation.trace import follow
 
 
 def switch(
@@ -159,8 +161,9 @@ def _followed(at: SpecialPoint, start: _Departure, options: TraceOptions, first_
     found = _step_off(origin, start.bend, options, first_step or start.step)
     if found is None:
         return None
-    frame, step = adapted(found[0], options, correct=True)[0], found[1]
-    frame = replace(frame, weakness_before=0.0, previous_step=step)  # the branch point itself
+    stepped, step = found
+    frame = settled(stepped, options, (across,)).frame
+    frame = replace(frame, weakness_before=0.0, previous_step=step)  # before it lies the branch point itself
     first = _first_point(at, origin)
     try:
         branch = follow(frame, options, both=False, start=EndReason.BRANCH_POINT, arclength=step)

@@ -4,39 +4,21 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
-from typing import Any
 
 import numpy as np
 
 from rodatlas.continuation.checks import check_each, check_type
-from rodatlas.continuation.collocation import Collocation, Scale, free_indices
-from rodatlas.continuation.frame import Frame, first_frame
-from rodatlas.continuation.halves import Guard, Half, is_finite, joined
-from rodatlas.continuation.newton import NewtonCode, fixed, is_singular_around
+from rodatlas.continuation.collocation import Scale
+from rodatlas.continuation.frame import Frame
+from rodatlas.continuation.halves import Guard, Half, joined
 from rodatlas.continuation.options import TraceOptions
 from rodatlas.continuation.problem import BVP
 from rodatlas.continuation.recheck import rechecked
+from rodatlas.continuation.resolve import resolved
 from rodatlas.continuation.results import Branch, EndReason
 from rodatlas.continuation.solution import Solution
-from rodatlas.continuation.walker import Walker, settled
-from rodatlas.failures import Failure
-
-
-class NotConverged(Failure, RuntimeError):
-    """No solution was found.
-
-    Attributes
-    ----------
-    code : NewtonCode, or EndReason.MESH_LIMIT when Newton converged but the mesh cannot meet the tolerance.
-    solution : what was found in the second case, else None.
-    """
-
-    def __init__(self, code: NewtonCode | EndReason, where: str, solution: Solution | None = None):
-        super().__init__(f"{where}: {code.value}")
-        self.code, self.where, self.solution = code, where, solution
-
-    def __reduce__(self) -> tuple[Any, ...]:
-        return type(self), (self.code, self.where, self.solution)
+from rodatlas.continuation.start import NotConverged, check_belongs, first_state
+from rodatlas.continuation.walker import Walker
 
 
 def solve(
@@ -49,7 +31,7 @@ def solve(
     guess : Solution
         its parameters are kept, except those that the conditions determine.
     free : names of bvp.n_free parameters; the first is held, the others are solved for. With one free parameter
-        the choice does not matter and may be left out.
+        the choice does not matter and may be left out. A problem without parameters is solved too.
 
     Raises
     ------
@@ -61,13 +43,27 @@ def solve(
     check_type("bvp", bvp, BVP, "a BVP")
     check_type("guess", guess, Solution, "a Solution")
     options = options or TraceOptions()
+    if not bvp.parameters:
+        return _solved_without_parameters(bvp, guess, options)
     free = free or (bvp.parameter_names[:1] if bvp.n_free == 1 else ())
-    frame = _start(bvp, guess, free, options, None)
-    found = frame.colloc.solution(frame.x, frame.error)
-    mesh = options.mesh
-    if found.intervals >= mesh.intervals[1] and found.error > 10 * mesh.tolerance:  # nan where the size is fixed
-        raise NotConverged(EndReason.MESH_LIMIT, f"{found!r}", found)
-    return found
+    frame = first_state(bvp, guess, free, options)
+    return frame.colloc.solution(frame.x, frame.error)
+
+
+def _solved_without_parameters(bvp: BVP, guess: Solution, options: TraceOptions) -> Solution:
+    """Solve with a parameter that has no effect, which is held as the continuation parameter."""
+    name = "held_parameter"
+    check_belongs(bvp, "start", guess)
+
+    def bare(solution: Solution) -> Solution:
+        return replace(solution, parameter_names=(), parameters=np.zeros(0))
+
+    given = replace(guess, parameter_names=(name,), parameters=np.zeros(1))
+    try:
+        return bare(solve(bvp.with_parameter(name), given, (name,), options))
+    except NotConverged as error:
+        found = error.solution and bare(error.solution)
+        raise NotConverged(error.code, f"start of the run at {guess!r}", found) from None
 
 
 def trace(
@@ -115,7 +111,7 @@ def trace(
     check_type("options", options, (TraceOptions, type(None)), "TraceOptions")
     options = options or TraceOptions()
     options.check_names(bvp, free)
-    frame = _start(bvp, start, free, options, scale)
+    frame = first_state(bvp, start, free, options, scale)
     values = _watched_values(frame, options)
     if frame.fold_test * direction < 0:
         frame = frame.reversed()
@@ -169,63 +165,4 @@ def follow(
         raise
     if both and backward is None:
         start = EndReason.CLOSED
-    return rechecked(joined(frame, options, forward, backward, start), frame, options)
-
-
-def _start(bvp: BVP, guess: Solution, free: Sequence[str], options: TraceOptions, scale: Scale | None) -> Frame:
-    """First frame on a mesh that meets the tolerance."""
-    guess = _checked(bvp, guess)
-    mesh = options.mesh
-    fewest, most = mesh.intervals
-    if guess.points != mesh.points or not fewest <= guess.intervals <= most:
-        places = np.linspace(0, 1, int(np.clip(guess.intervals, fewest, most)) + 1)
-        guess = guess.remesh(np.interp(places, np.linspace(0, 1, len(guess.mesh)), guess.mesh), mesh.points)
-    where, indices = f"start of the run at {guess!r}", free_indices(bvp, free)
-    frame, result = first_frame(bvp, guess, indices, options, scale)
-    if frame is None:
-        undetermined = result.code is not NewtonCode.SINGULAR and _is_undetermined(bvp, guess, indices, options)
-        raise NotConverged(NewtonCode.SINGULAR if undetermined else result.code, where)
-    if is_singular_around(frame.colloc, frame.x, frame.colloc.row(frame.tangent)):
-        raise NotConverged(NewtonCode.SINGULAR, where)
-    if frame.branch_test[0] != 0.0:  # the mesh of a branch point stays, for there is no regular system to move it
-        frame = settled(frame, options)
-    if not is_finite(frame.colloc, frame.x):
-        raise NotConverged(NewtonCode.NOT_FINITE, where)
-    return frame
-
-
-def _is_undetermined(bvp: BVP, guess: Solution, free: list[int], options: TraceOptions) -> bool:
-    """Whether Newton failed because the conditions repeat one another (and perhaps contradict one another)."""
-    colloc = Collocation(
-        bvp, guess.mesh, guess.points, guess.parameters, free, Scale.of(bvp, guess), options.backend
-    )  # fmt: skip
-    x, name = colloc.state(guess), bvp.parameter_names[free[0]]
-    return is_singular_around(colloc, x, fixed(name, guess.parameter(name))(colloc)(x)[1])
-
-
-def _checked(bvp: BVP, start: Solution) -> Solution:
-    """The start with unknowns and parameters in the problem's order; all its numbers are finite."""
-    if not isinstance(start, Solution):
-        raise ValueError(f"start: expected a Solution, got {start!r}")
-    check_belongs(bvp, "start", start)
-    for names, values in ((start.unknowns, start.values), (start.unknowns, start.stages),
-                          (start.parameter_names, start.parameters)):  # fmt: skip
-        finite = np.isfinite(values.reshape(-1, len(names))).all(axis=0)
-        if not finite.all():
-            raise ValueError(f"start: expected finite numbers, got NaN or infinity in '{names[int(finite.argmin())]}'")
-    if (start.unknowns, start.parameter_names) == (bvp.unknowns, bvp.parameter_names):
-        return start
-    order = [start.unknowns.index(name) for name in bvp.unknowns]
-    parameters = np.array([start.parameter(name) for name in bvp.parameter_names])
-    return replace(
-        start, unknowns=bvp.unknowns, parameter_names=bvp.parameter_names, values=start.values[:, order],
-        stages=start.stages[..., order], parameters=parameters,
-    )  # fmt: skip
-
-
-def check_belongs(bvp: BVP, field: str, solution: Solution, in_order: bool = False) -> None:
-    """Raise ValueError when a solution belongs to another problem."""
-    for kind, wanted, found in (("unknowns", bvp.unknowns, solution.unknowns),
-                                ("parameters", bvp.parameter_names, solution.parameter_names)):  # fmt: skip
-        if sorted(wanted) != sorted(found) or (in_order and wanted != found):
-            raise ValueError(f"{field}: expected the {kind} {', '.join(wanted)}, got {', '.join(found)}")
+    return resolved(rechecked(joined(frame, options, forward, backward, start), frame, options), frame, options)

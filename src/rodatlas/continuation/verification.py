@@ -12,6 +12,9 @@ ROUND_OFF = (
     "the determinant changes sign, but no singular value vanishes: round-off, or a test function that means nothing "
     "here"
 )
+UNRESOLVED_MODE = (
+    "the mesh did not resolve the mode in which the problem is nearest to singular: a branch point may lie there"
+)
 
 
 @dataclass(frozen=True)
@@ -55,6 +58,8 @@ class Verification:
     converged, bracketed : folds and branch points by status.
     least_singular : smallest singular value of the bordered matrix at a computed point, scaled.
     untrusted : arclength intervals on which the determinant was found to be round-off.
+    unresolved : points and special points whose estimated error exceeds ten times the tolerance, or is not known
+        although the mesh adapts.
     """
 
     steps: int
@@ -66,11 +71,13 @@ class Verification:
     bracketed: int = 0
     least_singular: float = float("nan")
     untrusted: tuple[tuple[float, float], ...] = ()
+    unresolved: int = 0
 
     @property
     def complete(self) -> bool:
-        """Whether every special point converged, and nothing is left untrusted."""
-        return not self.bracketed and not self.untrusted and self.retraced == self.cleared
+        """Whether every special point converged, every point meets the tolerance, and nothing is left untrusted."""
+        doubts = self.bracketed or self.untrusted or self.unresolved
+        return not doubts and self.retraced == self.cleared
 
     def __str__(self) -> str:
         index = f"index compared on {self.indexed}" if self.indexed else "no index was given"
@@ -80,4 +87,6 @@ class Verification:
         if self.retraced:
             parts += [f"{self.retraced} intervals traced again, {self.cleared} cleared"]
         parts += [f"{len(self.untrusted)} intervals not trusted" if self.untrusted else "all test functions trusted"]
+        if self.unresolved:
+            parts += [f"{self.unresolved} points miss the tolerance: raise intervals or loosen the tolerance"]
         return "; ".join(parts)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
+from itertools import pairwise
 
 import numpy as np
 
@@ -16,13 +17,16 @@ from rodatlas.continuation.events import (
     may_be_singular_twice,
     unresolved,
 )
-from rodatlas.continuation.frame import Frame, adapted, with_tests
+from rodatlas.continuation.frame import Frame
 from rodatlas.continuation.isotropy import with_symmetry
+from rodatlas.continuation.mesh import ACCEPTED
+from rodatlas.continuation.modes import adapted, measured_at, with_resolved_mode
 from rodatlas.continuation.multiple_events import told_apart
 from rodatlas.continuation.newton import NewtonCode, fixed, newton, plane
 from rodatlas.continuation.options import TraceOptions
 from rodatlas.continuation.results import EndReason, Point, SpecialPoint
-from rodatlas.continuation.verification import NEARLY_SINGULAR, ROUND_OFF, Discrepancy
+from rodatlas.continuation.settle import across, settled
+from rodatlas.continuation.verification import NEARLY_SINGULAR, ROUND_OFF, UNRESOLVED_MODE, Discrepancy
 
 
 @dataclass(frozen=True)
@@ -33,6 +37,15 @@ class Step:
     special: tuple[SpecialPoint, ...] = ()
     discrepancy: Discrepancy | None = None
     repeated: bool = False
+
+
+@dataclass(frozen=True)
+class Doubt:
+    """Arclengths between two estimates of the error, of which the second is more than accepted."""
+
+    low: float
+    high: float
+    error: float
 
 
 @dataclass(frozen=True)
@@ -47,7 +60,8 @@ class _Trial:
 
 
 class Walker:
-    """Follows a branch from a frame; iterate over it, then read `end`, `failure` and `newton_iterations`.
+    """Follows a branch from a frame; iterate over it, then read `end`, `failure`, `doubts` and `unseen` (points and
+    intervals that the mesh did not resolve) and `newton_iterations`.
 
     Iteration may be broken off and taken up again; `last` is the point reached.
 
@@ -74,6 +88,9 @@ class Walker:
         self._count = 0
         self._early: set[str] = set()
         self._passed: SpecialPoint | None = None
+        self.doubts: list[Doubt] = []
+        self.unseen: list[Discrepancy] = []
+        self._window = [self._first]  # points since the mesh was looked at
 
     @property
     def scale(self) -> Scale:
@@ -84,6 +101,10 @@ class Walker:
         return self._first
 
     def __iter__(self) -> Iterator[Step]:
+        yield from self._walk()
+        self._measure_end()
+
+    def _walk(self) -> Iterator[Step]:
         while self.end is None:
             if self._count and self._count % self.options.mesh.every == 0:
                 self._adapt()
@@ -91,6 +112,7 @@ class Walker:
             if step is None:
                 return
             self.last = step.point
+            self._window.append(step.point)
             self._count += 1
             if self.end is None and self._count >= self.options.max_points:
                 self.end = EndReason.POINT_LIMIT
@@ -230,11 +252,13 @@ class Walker:
         return watched and may_be_singular_twice(segment) and not any(e.special.kind == "branch point" for e in events)
 
     def _record(self, point: Point, kinds: tuple[str, ...], reason: str = "") -> Discrepancy:
-        last = self.last
-        name = point.solution.parameter_names[int(self.frame.colloc.free[0])]
+        return self._between(self.last, point, kinds, reason)
+
+    def _between(self, one: Point, two: Point, kinds: tuple[str, ...], reason: str) -> Discrepancy:
+        name = one.solution.parameter_names[int(self.frame.colloc.free[0])]
         return Discrepancy(
-            (last.arclength, point.arclength), (last.index, point.index), kinds,
-            (last.solution[name], point.solution[name]), reason,
+            (one.arclength, two.arclength), (one.index, two.index), kinds, (one.solution[name], two.solution[name]),
+            reason,
         )  # fmt: skip
 
     def _accept(
@@ -308,32 +332,35 @@ class Walker:
         )  # fmt: skip
 
     def _adapt(self) -> None:
-        control, before = self.options.mesh, len(self.frame.colloc.step)
-        self.frame, spent = adapted(self.frame, self.options, correct=False)
-        self.newton_iterations += spent
-        for _ in range(6):  # where the error exceeds what a step may correct, no step would be accepted
-            if not self.frame.error > 0.1 * self.options.step.max_correction * self._step:
-                break
-            finer, spent = adapted(self.frame, self.options, correct=True)
-            self.newton_iterations += spent
-            if len(finer.colloc.step) <= len(self.frame.colloc.step):
-                break
-            self.frame = finer
-        at_limit = before >= control.intervals[1] and not control.is_fixed_size
-        if at_limit and self.frame.error > 10 * control.tolerance:
-            self.end = EndReason.MESH_LIMIT
+        """Let the mesh follow; where the error is more than a step may correct, or than is accepted, settle it here."""
+        control, here = self.options.mesh, self.frame
+        found = adapted(here, self.options, first=self._count == self.options.mesh.every)
+        self.newton_iterations += found.spent
+        self._measured(found.error, found.resolved)
+        self.frame = found.frame
+        step_error = 0.1 * self.options.step.max_correction * self._step  # with more no step would be accepted
+        if self.frame.error > min(step_error, ACCEPTED * control.tolerance):
+            better = settled(here, self.options, (across,))
+            self.newton_iterations += better.spent
+            sign, log_det = better.frame.branch_test
+            self.frame = replace(better.frame, branch_test=(here.branch_test[0] or sign, log_det))
+            if here.with_mode or not found.resolved:
+                self.frame, spent = with_resolved_mode(self.frame, self.options)
+                self.newton_iterations += spent
+            if better.missed in (EndReason.MESH_LIMIT, EndReason.UNREFINED):
+                self.end = better.missed
 
+    def _measure_end(self) -> None:
+        """Look at the last point too, for the mesh has followed since the last adaptation only so far."""
+        if self._count % self.options.mesh.every and not self.options.mesh.is_fixed_size:
+            error, resolved = measured_at(self.frame)
+            self.newton_iterations += 2
+            self._measured(error, resolved)
 
-def settled(frame: Frame, options: TraceOptions, passes: int = 6) -> Frame:
-    """Adapt the mesh at one point until its size and error have settled; the continuation parameter is held."""
-    name = frame.colloc.bvp.parameter_names[frame.colloc.free[0]]
-    value = float(frame.colloc.parameters(frame.x)[frame.colloc.free[0]])
-    for _ in range(passes):
-        before = len(frame.colloc.step)
-        frame, _ = adapted(frame, options, correct=True)
-        if options.mesh.is_fixed_size or (
-            len(frame.colloc.step) == before and frame.error <= options.mesh.tolerance
-        ):
-            break
-    held = newton(frame.colloc, frame.x, [fixed(name, value)(frame.colloc)], options.newton)
-    return with_tests(replace(frame, x=held.state) if held.converged else frame)
+    def _measured(self, error: float, resolved: bool) -> None:
+        """Keep in mind where points or test functions may be wrong: since they were looked at last."""
+        if not self.options.mesh.accepts(error):
+            self.doubts.append(Doubt(self._window[0].arclength, self.last.arclength, error))
+        if not resolved and "branch point" in self.options.locate:
+            self.unseen += [self._between(a, b, (), UNRESOLVED_MODE) for a, b in pairwise(self._window)]
+        self._window = [self.last]
