@@ -62,24 +62,24 @@ def spike_height(e: float) -> float:
     return float(brentq(rest, 1.5001, 2.0, xtol=1e-12))
 
 
-def stepped(sine=np.sin) -> BVP:
+def stepped(step: float = STEP) -> BVP:
     """A pinned column y'' = -P sin(y)/EI whose stiffness jumps from 1 to 4 inside an interval."""
     return BVP(
-        lambda s, u, p: [u.t, -p.P * sine(u.y) / np.where(s < STEP, 1.0, 4.0)],
+        lambda s, u, p: [u.t, -p.P * np.sin(u.y) / np.where(s < step, 1.0, 4.0)],
         lambda left, right, p: [left.y, right.y], unknowns=("y", "t"), parameters={"P": 15.0}, scales={"P": 20.0},
         name="stepped",
     )  # fmt: skip
 
 
-def buckling_load() -> float:
-    """tan(k a)/k + 2 tan(k (1 - a)/2)/k = 0 with k = sqrt(P): the two halves joined."""
+def buckling_load(step: float = STEP, between: tuple[float, float] = (15.0, 30.0)) -> float:
+    """tan(k a) + 2 tan(k (1 - a)/2) = 0 with k = sqrt(P): the two parts joined."""
 
     def mismatch(load: float) -> float:
         k = np.sqrt(load)
-        left, right = k * STEP, k * (1 - STEP) / 2
+        left, right = k * step, k * (1 - step) / 2
         return float(np.sin(left) * np.cos(right) + 2 * np.sin(right) * np.cos(left))
 
-    return float(brentq(mismatch, 15.0, 30.0, xtol=1e-13))
+    return float(brentq(mismatch, *between, xtol=1e-13))
 
 
 @pytest.mark.parametrize("e", [1e-4, 1e-5, 1e-6, 1e-8])
@@ -151,16 +151,40 @@ def test_a_jump_on_too_few_intervals_is_reported() -> None:
     assert "1 points miss the tolerance" in str(straight.verification)
 
 
-def test_a_jump_in_the_state_itself() -> None:
-    """EI w' = c - s, w(0) = 0, w(1) = 1, in closed form."""
+@pytest.mark.parametrize("step", [0.3137, 0.35, 0.5392624923188806, 0.8915651814089913, 0.55])
+def test_a_jump_in_the_state_itself(step: float) -> None:
+    """EI w' = c - s, w(0) = 0, w(1) = 1, in closed form; at some places Gauss points on halves agree by accident."""
     bvp = BVP(
-        lambda s, u, p: [u.q / np.where(s < STEP, 1.0, 4.0), -p.f], lambda left, right, p: [left.w, right.w - 1],
+        lambda s, u, p: [u.q / np.where(s < step, 1.0, 4.0), -p.f], lambda left, right, p: [left.w, right.w - 1],
         unknowns=("w", "q"), parameters={"f": 1.0},
     )  # fmt: skip
-    mean, first = STEP + (1 - STEP) / 4, STEP**2 / 2 + (1 - STEP**2) / 8
+    mean, first = step + (1 - step) / 4, step**2 / 2 + (1 - step**2) / 8
     found = solve(bvp, constant(bvp))
     assert found.error <= 1e-8
-    assert found["q"][0] == pytest.approx((1 + first) / mean, rel=1e-8)
+    assert found["q"][0] == pytest.approx((1 + first) / mean, rel=1e-7)
+
+
+@pytest.mark.parametrize("step", [0.40245710047534505, 0.48725182894861014, 0.3396824519683479])
+def test_a_jump_that_the_gauss_points_of_the_halves_do_not_see(step: float) -> None:
+    """Their weights left and right of it are those on the whole interval, so that the correction there vanishes."""
+    bvp, bounds = stepped(step), (10.0, 30.0)
+    straight = trace(bvp, constant(bvp, P=10.0), ("P",), TraceOptions(bounds={"P": bounds}), both=False)
+    (point,) = straight.special
+    assert point.status is Status.CONVERGED
+    assert point.solution["P"] == pytest.approx(buckling_load(step, bounds), rel=1e-7)
+
+
+@pytest.mark.parametrize("n", [0, 1, 5])
+def test_a_singular_coefficient_at_an_end_is_no_jump(n: int) -> None:
+    """Lane and Emden: u'' + 2 u'/s + k^2 u^n = 0, u'(0) = 0, u(0) = 1, with the closed forms for n = 0, 1, 5."""
+    bvp = BVP(
+        lambda s, u, p: [u.v, -2 * u.v / s - 4 * u.u**n], lambda left, right, p: [left.v, left.u - 1],
+        unknowns=("u", "v"),
+    )  # fmt: skip
+    guess = Solution.from_function(lambda s: np.column_stack([1 + 0 * s, 0 * s]), bvp.unknowns, {})
+    x = 2.0
+    exact = {0: 1 - x**2 / 6, 1: np.sin(x) / x, 5: (1 + x**2 / 3) ** -0.5}[n]
+    assert solve(bvp, guess)["u"][-1] == pytest.approx(exact, abs=1e-8)
 
 
 def frame_of(bvp: BVP, **parameters: float):

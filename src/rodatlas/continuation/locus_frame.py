@@ -232,7 +232,7 @@ def error_of(sought: Sought, frame: LocusFrame, enough: float) -> ErrorEstimate:
         sizes.append(relative_change(frame.colloc, frame.x, Columns(dx.stage, dx.mesh[::2], dx.scalars)))
         if sizes[0] <= enough:
             return ErrorEstimate(sizes[0], 0.0)
-    return ErrorEstimate(*sizes)
+    return ErrorEstimate(sizes[0], sizes[1])
 
 
 def on_mesh(frame: LocusFrame, mesh: np.ndarray) -> LocusFrame:

@@ -9,6 +9,7 @@ import numpy as np
 
 from rodatlas.continuation.checks import check_each, check_fields
 from rodatlas.continuation.collocation import Collocation, add
+from rodatlas.continuation.jumps import jump_error, residual_of
 from rodatlas.continuation.linear import Columns, Factorization
 
 MIN_INTERVALS = 4
@@ -100,11 +101,13 @@ def halved(mesh: np.ndarray) -> np.ndarray:
 class ErrorEstimate:
     """Largest error at mesh points, and the part of it that is round-off and that no mesh can remove.
 
-    Errors of an unknown are relative to its largest value, or absolute where that is below one.
+    Errors of an unknown are relative to its largest value, or absolute where that is below one. `jumps` says that the
+    right-hand side seems to jump inside an interval.
     """
 
     error: float
     round_off: float
+    jumps: bool = False
 
     @property
     def is_round_off(self) -> bool:
@@ -151,8 +154,9 @@ def halves_of(colloc: Collocation, x: Columns, tangent: Columns | None = None) -
         return Halves(fine, factorization, ErrorEstimate(float("nan"), float("nan")))
     dx = factorization.solve(fine.right_hand_side(lin.residual, [row], [0.0]))
     again = factorization.solve(fine.right_hand_side(fine.linearize(add(y, (1.0, dx))).residual, [row], [0.0]))
-    sizes = (relative_change(colloc, x, Columns(d.stage, d.mesh[::2], d.scalars)) for d in (dx, again))
-    return Halves(fine, factorization, ErrorEstimate(*sizes))
+    error, noise = (relative_change(colloc, x, Columns(d.stage, d.mesh[::2], d.scalars)) for d in (dx, again))
+    jump = jump_error(residual_of(colloc, x), colloc.step)
+    return Halves(fine, factorization, ErrorEstimate(max(error, jump), noise, jump > 0.0))
 
 
 def relative_change(colloc: Collocation, x: Columns, dx: Columns) -> float:

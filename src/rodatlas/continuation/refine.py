@@ -14,6 +14,7 @@ import numpy as np
 
 from rodatlas.continuation.augmented import Augmented, solve_branch_point, solve_fold
 from rodatlas.continuation.collocation import Collocation, Row, scaled
+from rodatlas.continuation.jumps import jump_error, residual_along
 from rodatlas.continuation.linear import Blocks, Columns
 from rodatlas.continuation.mesh import MeshControl, halved, relative_change
 
@@ -45,6 +46,8 @@ def refined(
         k, old = len(colloc.free), np.searchsorted(fine.mesh, colloc.mesh)
         error = relative_change(colloc, found.state, Columns(dx.stage, dx.mesh[old], dx.scalars[:k]))
         if error <= control.tolerance:
+            error = max(error, _jump_error(colloc, found))
+        if error <= control.tolerance:
             break
         if everywhere and (error > before / PAYS or len(fine.step) > control.intervals[1]):
             everywhere, before = False, np.inf
@@ -68,24 +71,19 @@ def _on(colloc: Collocation, mesh: np.ndarray) -> Collocation:
 def _cut_worst(colloc: Collocation, found: Augmented) -> np.ndarray:
     """The mesh with those intervals halved in which the kernel vectors satisfy the linearised equations worst.
 
-    The residual of v' = f_u v + f_p v_p is taken between the Gauss points; it falls as h^m where all is smooth, and
-    not at all in an interval with a jump.
+    The residual falls as h^m where all is smooth, and not at all in an interval with a jump.
     """
-    fine = _on(colloc, halved(colloc.mesh))
-    carry = colloc.carrier(fine)
-    lin = fine.linearize(carry(found.state))
-    sparsity, scheme, shape = fine.bvp.sparsity, fine.scheme, fine.gauss.shape
-    worst = np.zeros(len(colloc.step))
-    for v in map(carry, found.vectors):
-        flat = v.stage.reshape(-1, v.stage.shape[2])
-        slope = lin.stage_scal @ v.scalars[: lin.stage_scal.shape[2]]  # - h f_p v_p
-        for i, (row, col) in enumerate(zip(sparsity.rows, sparsity.cols, strict=True)):
-            slope[:, row] -= np.repeat(fine.step, scheme.points) * lin.jac[:, i] * flat[:, col]
-        change = np.matmul(scheme.d, v.stage) + scheme.d0[:, None] * v.mesh[:-1, None, :]
-        residual = np.abs(change + slope.reshape(*shape, -1)).max(axis=(1, 2)) / fine.step
-        worst = np.maximum(worst, residual.reshape(-1, 2).max(axis=1) / fine.norm(v))
+    worst = _residuals(colloc, found)
     cut = worst > 0.1 * worst.max()
     return np.sort(np.concatenate([colloc.mesh, ((colloc.mesh[1:] + colloc.mesh[:-1]) / 2)[cut]]))
+
+
+def _residuals(colloc: Collocation, found: Augmented) -> np.ndarray:
+    return np.max([residual_along(colloc, found.state, v) for v in found.vectors], axis=0)
+
+
+def _jump_error(colloc: Collocation, found: Augmented) -> float:
+    return jump_error(_residuals(colloc, found), colloc.step)
 
 
 Border = tuple[list[Row], Blocks]

@@ -77,6 +77,8 @@ def settled(frame: Frame, options: TraceOptions, holds: Sequence[Hold], anywhere
             if stalls > PATIENCE or estimate.is_round_off:
                 break
         least = min(least, estimate.error)
+        if estimate.jumps and estimate.error <= control.tolerance:
+            break  # elsewhere the jump would lie otherwise in its interval
         found, more = _on_better_mesh(frame, intervals, options, holds, anywhere)
         spent += more
         if found is None:
