@@ -1,11 +1,11 @@
 # Two commands do all the set-up on a machine that has make and python3 with venv (or virtualenv, or uv):
 #   make demo   the slice at 15 degrees, into out/
-#   make test   the tests
+#   make test   the tests, without the slow ones: 10 minutes on two cores; make test-all runs all of them
 PYTHON ?= python3
 VENV := .venv
 BIN := $(VENV)/bin
 
-.PHONY: setup environment demo test lint bench docs clean
+.PHONY: setup environment demo test test-all lint bench docs clean
 
 setup: $(VENV)/.ready
 
@@ -28,7 +28,10 @@ demo: setup
 	$(BIN)/rodatlas slice --angle 15 --out out
 
 test: setup
-	$(BIN)/python -m pytest -n 2 --dist loadfile
+	$(BIN)/python -m pytest -n 2 --dist loadfile -m "not slow"
+
+test-all: setup
+	$(BIN)/python -m pytest -n 2 --dist loadfile --durations=50
 
 lint: setup
 	$(BIN)/ruff check src tests benchmarks examples

@@ -63,6 +63,7 @@ def test_from_31_degrees_on_u_leads_to_the_limiting_shear_without_a_snap():
     assert fold.solution["dD"] == pytest.approx(0.638, abs=5e-3)
 
 
+@pytest.mark.slow
 def test_a_larger_angle_leaves_fewer_states():
     """Only U-w-uUui is left above 77 degrees."""
     names = [{s["name"] for s in REFERENCE[key]["states"]} for key in ("5", "15", "27.5", "30", "37", "45", "55", "60")]
@@ -89,6 +90,7 @@ def test_a_larger_poisson_ratio_widens_the_range_of_twisted_states(slice_15):
     assert min(moved[n] for n in (0, 1, 2)) > max(moved[n] for n in moved if n > 2)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("compression", [0.3, 0.7])
 def test_other_compressions_have_the_same_u_branch(compression):
     """Both pitchforks scale roughly with the limiting shear, toward which the height goes to zero."""

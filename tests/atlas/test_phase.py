@@ -186,7 +186,8 @@ def test_command_line_reads_the_stored_diagram(diagram, tmp_path, capsys):
         main(arguments)
     assert stop.value.code == 0
     shown = capsys.readouterr()
-    assert json.loads(shown.out) == json.loads(json.dumps(diagram.to_json()))
+    identity = diagram.settings.identity()
+    assert json.loads(shown.out) == json.loads(json.dumps(diagram.to_json() | {"identity": identity}))
     assert "read from" in shown.err
     stem = "phase-from29.5-to31"
     names = {p.name for p in tmp_path.iterdir() if p.is_file()}
@@ -195,8 +196,8 @@ def test_command_line_reads_the_stored_diagram(diagram, tmp_path, capsys):
 
 @pytest.mark.parametrize(("arguments", "message"), [
     (["--angle-min", "90"], "angle-min: expected degrees with 0 <= angle-min <= 89, got 90"),
-    (["--workers", "0"], "workers: expected a whole number of at least 1, got '0'"),
-    (["--workers", "two"], "workers: expected a number, got 'two'"),
+    (["--workers", "0"], "workers: expected a whole number from 1 to 1024, got 0"),
+    (["--workers", "two"], "workers: expected a whole number from 1 to 1024, got 'two'"),
     (["--compression", "1.5"], "compression: expected"),
 ])  # fmt: skip
 def test_wrong_input(arguments, message, capsys):

@@ -46,6 +46,7 @@ def workers_of(pid):
     return [int(word) for word in path.read_text().split()] if path.exists() else []
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(not Path("/proc/self/task").exists(), reason="finds processes through /proc, which is not there")
 def test_twenty_random_kills_lose_nothing_finished(tmp_path):
     rng = random.Random(20)
