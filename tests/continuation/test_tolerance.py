@@ -18,7 +18,6 @@ from rodatlas.continuation import (
     Solution,
     Status,
     TraceOptions,
-    follow_locus,
     other_solutions,
     solve,
     switch,
@@ -233,23 +232,3 @@ def test_doubtful_points_are_settled_by_themselves() -> None:
     none = resolved(replace(branch, points=points), frame, strict)
     assert none.verification.unresolved > 0
     assert not none.verification.complete
-
-
-def test_a_locus_says_what_misses_the_tolerance() -> None:
-    """Folds of exp(2 k)-sharp layers: with few intervals the start is refused, with some the walk ends."""
-    bvp = BVP(
-        lambda s, u, p: [u.v, -p.lam * np.exp(u.u) + p.k**2 * u.u], lambda left, right, p: [left.u, right.u],
-        unknowns=("u", "v"), parameters={"lam": 0.0, "k": 1.0}, scales={"lam": 10.0, "k": 10.0},
-    )  # fmt: skip
-    options = TraceOptions(bounds={"lam": (0.0, 1e4), "k": (1.0, 60.0)})
-    fold = trace(bvp, constant(bvp), ("lam",), TraceOptions(bounds={"lam": (0.0, 1e4)}), both=False).of_kind("fold")[0]
-    locus = follow_locus(bvp, fold, ("lam", "k"), options)
-    assert locus.unresolved == 0
-    assert "miss" not in repr(locus)
-    few = replace(options, mesh=MeshControl(intervals=(4, 9)))
-    short = follow_locus(bvp, replace(fold, solution=fold.solution.remesh(np.linspace(0, 1, 9))), ("lam", "k"), few)
-    assert EndReason.MESH_LIMIT in short.ends
-    assert short.unresolved == sum(p.solution.error > 1e-7 for p in short.points)
-    tiny = replace(options, mesh=MeshControl(tolerance=1e-13, intervals=(4, 5)))
-    with pytest.raises(NotConverged, match="raise intervals or loosen the tolerance"):
-        follow_locus(bvp, replace(fold, solution=fold.solution.remesh(np.linspace(0, 1, 6))), ("lam", "k"), tiny)

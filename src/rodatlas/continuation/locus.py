@@ -8,17 +8,16 @@ from dataclasses import replace
 from rodatlas.continuation.checks import check_each, check_type
 from rodatlas.continuation.collocation import add, arc_length, free_indices, scaled
 from rodatlas.continuation.locus_events import PITCHFORK, crowded, locate, watched, with_sure_signs
-from rodatlas.continuation.locus_frame import LocusFrame, Sought, adapted, correct, error_of, first_frame, settled
+from rodatlas.continuation.locus_frame import LocusFrame, Sought, adapted, correct, first_frame
 from rodatlas.continuation.locus_hidden import cut_between
 from rodatlas.continuation.locus_results import Locus, LocusEvent, LocusPoint
 from rodatlas.continuation.locus_stretch import Stretch
 from rodatlas.continuation.locus_system import norm_of, overlap
-from rodatlas.continuation.mesh import ACCEPTED
 from rodatlas.continuation.newton import NewtonCode
 from rodatlas.continuation.options import TraceOptions
 from rodatlas.continuation.problem import BVP
 from rodatlas.continuation.results import EndReason, SpecialPoint, Status
-from rodatlas.continuation.start import NotConverged
+from rodatlas.continuation.trace import NotConverged
 
 ALIGNED = 0.5  # cosine of the largest turn of a kernel vector on one step
 AT_CUSP = 1e-4  # arclength from a cusp within which a parameter is not told to be extreme: there all of them turn
@@ -61,12 +60,9 @@ def follow_locus(
     free_indices(bvp, [names[0], *names[2:]])
     options.check_names(bvp, names)
     _check_inside(start, options)
-    frame, missed = first_frame(bvp, sought, start, index, options)
+    frame = first_frame(bvp, sought, start, index, options)
     if frame is None:
         raise NotConverged(NewtonCode.SLOW, f"start of the locus at {start!r}")
-    if missed is not None:
-        found = frame.colloc.solution(frame.x, frame.error)
-        raise NotConverged(missed, f"start of the locus at {found!r}", found)
     if sought.kind == "branch point":
         sought = replace(sought, pitchfork=_is_pitchfork(sought, frame, options))
     forward, backward = _Walk(sought, frame, options, tuple(names)), None
@@ -135,7 +131,6 @@ class _Walk:
         self.end: EndReason | None = None
         self.points = [self._point(frame)]
         self.events: list[LocusEvent] = []
-        self._sure = 0
 
     def run(self) -> None:
         """Walk until there is a reason to end."""
@@ -160,8 +155,6 @@ class _Walk:
             self.end = EndReason.RANGE if at_bound else None
             self._accept(stretch, events)
             step = largest = control.next_step(step, tried[2], stretch.right.iterations)
-        if self._sure < len(self.points) - 1 and not self.options.mesh.is_fixed_size:
-            self._measured(error_of(self.sought, self.frame, self.options.mesh.tolerance).error)
 
     def _events(self, stretch: Stretch, step: float, largest: float) -> list[LocusEvent] | None:
         """The special points on a stretch; None when a shorter step should tell more."""
@@ -230,28 +223,14 @@ class _Walk:
         return ahead < -AT_START or (ahead < AT_START and (event.kind, event.parameter) not in known)
 
     def _adapt(self) -> None:
-        control, here = self.options.mesh, self.frame
-        self.frame, error = adapted(self.sought, here, self.options)
-        self._measured(error)
+        control, before = self.options.mesh, len(self.frame.colloc.step)
+        self.frame = adapted(self.sought, self.frame, self.options)
         if control.is_fixed_size:
             return
-        missed = None
-        if error > ACCEPTED * control.tolerance and not self.frame.round_off:
-            self.frame, missed = settled(self.sought, here, self.options)
         if self.frame.round_off and self.frame.error > 100 * control.tolerance:
             self.end = EndReason.ROUND_OFF
-        elif missed in (EndReason.MESH_LIMIT, EndReason.UNREFINED):
-            self.end = missed
-
-    def _measured(self, error: float) -> None:
-        """Give the points and events since the last estimate of the error the new one, where it is not accepted."""
-        if not self.options.mesh.accepts(error):
-            low = self.points[self._sure].arclength
-            self.points[self._sure + 1 :] = [replace(p, solution=replace(p.solution, error=error))
-                                            for p in self.points[self._sure + 1 :]]  # fmt: skip
-            self.events = [replace(e, solution=replace(e.solution, error=error), status=_unresolved(e.status))
-                           if e.arclength > low else e for e in self.events]  # fmt: skip
-        self._sure = len(self.points) - 1
+        elif before >= control.intervals[1] and self.frame.error > 10 * control.tolerance:
+            self.end = EndReason.MESH_LIMIT
 
     def _point(self, frame: LocusFrame) -> LocusPoint:
         solution = frame.colloc.solution(frame.x, frame.error)
@@ -287,10 +266,6 @@ class _Walk:
                 if outward * (value - bound) > 1e-10 * max(1.0, abs(bound)) and outward * (value - before) > 0:
                     crossed.append(((bound - before) / (value - before), name, bound))
         return sorted(crossed)
-
-
-def _unresolved(status: Status) -> Status:
-    return Status.UNRESOLVED if status is Status.CONVERGED else status
 
 
 def _flipped(p: LocusPoint) -> LocusPoint:

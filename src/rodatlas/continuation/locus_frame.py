@@ -22,10 +22,9 @@ from rodatlas.continuation.mesh import (
 )
 from rodatlas.continuation.options import TraceOptions
 from rodatlas.continuation.problem import BVP
-from rodatlas.continuation.results import EndReason, SpecialPoint
+from rodatlas.continuation.results import SpecialPoint
 
 RATE_MARGIN = 20.0  # safety of the rate of convergence that one step tells the next
-PASSES = 12  # meshes at one point
 SHARP = 3e-8  # distance from the solution at which test functions are as good as exact
 
 
@@ -151,59 +150,17 @@ def _remaining(corrections: list[float], rate: float) -> float:
     return max(size * (size / corrections[-2]) ** 2, size**2)
 
 
-def adapted(sought: Sought, frame: LocusFrame, options: TraceOptions) -> tuple[LocusFrame, float]:
+def adapted(sought: Sought, frame: LocusFrame, options: TraceOptions, settle: bool = False) -> LocusFrame:
     """Move the mesh to follow the solution and its kernel, and change its size with the estimated error.
 
-    The state is interpolated: the next step corrects that, whose error is far below that of a predictor. Returns the
-    frame, with the error that is expected on the new mesh, and the error estimated here.
+    Along the locus the next step corrects the interpolation, whose error is far below that of a predictor; with
+    `settle` the frame is corrected here.
     """
-    estimate, intervals = _measured(sought, frame, options)
-    return _moved(frame, options, intervals, estimate), estimate.error
-
-
-def settled(sought: Sought, frame: LocusFrame, options: TraceOptions) -> tuple[LocusFrame, EndReason | None]:
-    """Adapt the mesh at one point, corrected there, until it meets the tolerance; and why it does not (else None).
-
-    Where Newton does not follow to better places all intervals are halved.
-    """
-    control, least, estimate = options.mesh, float("inf"), ErrorEstimate(float("nan"), 0.0)
-    for _ in range(PASSES):
-        before = len(frame.colloc.step)
-        estimate, intervals = _measured(sought, frame, options)
-        frame = replace(frame, error=estimate.error, round_off=estimate.is_round_off)
-        if not control.is_fixed_size and intervals <= before and estimate.error > max(control.tolerance, 0.7 * least):
-            break
-        least = min(least, estimate.error)
-        moved = _moved(frame, options, intervals, estimate)
-        found = correct(sought, moved, moved.x, moved.tangent, options, exact=True)
-        if found is None and not control.accepts(estimate.error) and 2 * before <= control.intervals[1]:
-            moved = on_mesh(frame, halved(frame.colloc.mesh))
-            found = correct(sought, moved, moved.x, moved.tangent, options, exact=True)
-        if found is None:
-            break
-        frame = replace(found[0], error=moved.error, round_off=estimate.is_round_off)
-        if len(frame.colloc.step) == before and (control.is_fixed_size or estimate.error <= control.tolerance):
-            break
-    if control.accepts(frame.error):
-        return frame, None
-    if frame.round_off:
-        return frame, EndReason.ROUND_OFF
-    return frame, EndReason.MESH_LIMIT if 2 * len(frame.colloc.step) > control.intervals[1] else EndReason.UNREFINED
-
-
-def _measured(sought: Sought, frame: LocusFrame, options: TraceOptions) -> tuple[ErrorEstimate, int]:
-    """The error here, and the intervals that the tolerance asks for."""
-    control, intervals = options.mesh, len(frame.colloc.step)
-    if control.is_fixed_size:
-        return ErrorEstimate(frame.error, 0.0), intervals
-    estimate = error_of(sought, frame, control.tolerance)
-    return estimate, wanted_intervals(control, intervals, estimate)
-
-
-def _moved(frame: LocusFrame, options: TraceOptions, intervals: int, estimate: ErrorEstimate) -> LocusFrame:
-    """The frame interpolated on better places, with the error that is expected there."""
-    colloc, error = frame.colloc, estimate.error
-    if not options.mesh.is_fixed_size:
+    control, colloc = options.mesh, frame.colloc
+    intervals, error = len(colloc.step), frame.error
+    if not control.is_fixed_size:
+        estimate = error_of(sought, frame, control.tolerance)
+        intervals = wanted_intervals(control, intervals, estimate)
         grown = max(1.0, intervals / len(colloc.step))
         error = estimate.error / (1.0 if estimate.is_round_off else grown ** (2 * colloc.scheme.points))
         frame = replace(frame, round_off=estimate.is_round_off)
@@ -211,7 +168,11 @@ def _moved(frame: LocusFrame, options: TraceOptions, intervals: int, estimate: E
     for v in frame.border.vectors:
         density = np.maximum(density, monitor(colloc, v))
     mesh = equidistribute(colloc.mesh, density, intervals)
-    return replace(on_mesh(frame, mesh if colloc.within is None else colloc.within.mesh(mesh)), error=error)
+    moved = replace(on_mesh(frame, mesh if colloc.within is None else colloc.within.mesh(mesh)), error=error)
+    if not settle:
+        return moved
+    found = correct(sought, moved, moved.x, moved.tangent, options, exact=True)
+    return replace(found[0], error=error) if found else replace(frame, error=error)
 
 
 def error_of(sought: Sought, frame: LocusFrame, enough: float) -> ErrorEstimate:
@@ -263,11 +224,8 @@ def _carried_column(frame: LocusFrame, new: Collocation) -> Blocks:
 
 def first_frame(
     bvp: BVP, sought: Sought, start: SpecialPoint, free: list[int], options: TraceOptions
-) -> tuple[LocusFrame | None, EndReason | None]:
-    """Frame at the start, its kernel from inverse iteration, looking to larger values of the second parameter.
-
-    None when Newton does not converge; the second value says why the frame misses the tolerance, if it does.
-    """
+) -> LocusFrame | None:
+    """Frame at the start, its kernel from inverse iteration, looking to larger values of the second parameter."""
     solution = start.solution
     if options.mesh.is_fixed_size and solution.intervals != options.mesh.intervals[0]:
         places = np.linspace(0, 1, options.mesh.intervals[0] + 1)
@@ -279,9 +237,14 @@ def first_frame(
     colloc = Collocation(bvp, solution.mesh, solution.points, solution.parameters, free, scale, options.backend)
     frame = frame_at(sought, colloc, restrict(colloc, options.within, colloc.state(solution), controls=2), options)
     if frame is None:
-        return None, None
+        return None
     frame = replace(frame, tangent=scaled(frame.tangent, 1.0 if frame.tangent.scalars[1] >= 0 else -1.0))
-    return settled(sought, frame, options)
+    for _ in range(4):
+        before = len(frame.colloc.step)
+        frame = adapted(sought, frame, options, settle=True)
+        if len(frame.colloc.step) == before:
+            break
+    return frame
 
 
 def frame_at(sought: Sought, colloc: Collocation, x: Columns, options: TraceOptions) -> LocusFrame | None:

@@ -9,7 +9,6 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from rodatlas.continuation.mesh import MeshControl
 from rodatlas.continuation.results import EndReason, Status
 from rodatlas.continuation.solution import Solution
 
@@ -50,8 +49,7 @@ class LocusEvent:
         ends there), 'coalescence' (a fold meets a branch point), 'crossing' (another branch point at the same
         solution), 'extremum' (the locus turns back in `parameter`), or 'zero of NAME'.
     parameter : name of the parameter that is extreme, or ''.
-    status : CONVERGED when the test function was brought to zero, UNRESOLVED when that was on a mesh that misses the
-        tolerance, else BRACKETED.
+    status : CONVERGED when the test function was brought to zero, else BRACKETED.
     bracket : arclengths between which it lies; test : value of the test function at the solution.
     what : what happens there, in words.
     coefficients : of the normal form at a cusp, see :func:`rodatlas.continuation.normal_form.cusp_form`.
@@ -102,7 +100,6 @@ class Locus:
         spans = ", ".join(f"{n} in [{self.column(n).min():.6g}, {self.column(n).max():.6g}]" for n in self.free[:2])
         counts = {k: sum(e.kind == k for e in self.events) for k in dict.fromkeys(e.kind for e in self.events)}
         found = ", ".join(f"{v} x {k}" for k, v in counts.items()) or "no special points"
-        found += f", {self.unresolved} points miss the tolerance" if self.unresolved else ""
         return (
             f"Locus({self.kind}: {len(self)} points, {spans}, {found}; "
             f"ends: {self.ends[0].value} | {self.ends[1].value})"
@@ -112,16 +109,6 @@ class Locus:
     def closed(self) -> bool:
         """Whether the curve returned to its start."""
         return EndReason.CLOSED in self.ends
-
-    @property
-    def unresolved(self) -> int:
-        """Points and special points whose estimated error exceeds what is accepted (ten times the tolerance)."""
-        mesh = self.settings.get("mesh")
-        if mesh is None:
-            return 0
-        control = MeshControl(**(mesh | {"intervals": tuple(mesh["intervals"])}))
-        solutions = [p.solution for p in self.points] + [e.solution for e in self.events]
-        return sum(not control.accepts(s.error) for s in solutions)
 
     def of_kind(self, kind: str) -> tuple[LocusEvent, ...]:
         """The special points of one kind."""

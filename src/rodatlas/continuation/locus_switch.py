@@ -16,8 +16,8 @@ from rodatlas.continuation.options import TraceOptions
 from rodatlas.continuation.problem import BVP
 from rodatlas.continuation.results import EndReason, SpecialPoint, Status
 from rodatlas.continuation.solution import Solution
-from rodatlas.continuation.start import NotConverged
 from rodatlas.continuation.switch import switch
+from rodatlas.continuation.trace import NotConverged
 
 
 def fold_locus_at(bvp: BVP, locus: Locus, event: LocusEvent, options: TraceOptions | None = None) -> Locus | None:
