@@ -3,6 +3,7 @@
 import itertools
 import subprocess
 import sys
+from dataclasses import replace
 
 import matplotlib as mpl
 import numpy as np
@@ -198,3 +199,19 @@ def test_every_stable_stretch_belongs_to_a_named_state(slice_30):
     assert {x.name for x in stable} == {s.name for s in slice_30.states}
     u = next(x for x in stable if x.name == "U")
     assert u.xy[:, 0].max() == slice_30.state("U", 0.2).high.shear
+
+
+def test_warnings_stand_at_the_foot_of_the_figure(slice_15):
+    """Below the axis label and the note, whole, and not too many; a slice without any has none."""
+    empty = "search: no stable state found at shear 0.745: raise the number of starts"
+    figures = [draw_slice_figure(replace(slice_15, warnings=w)) for w in ((), (empty, "names: $W$"), (empty,) * 6)]
+    texts = [[t for t in f.texts if t.get_text().startswith(("Warning", "and "))] for f in figures]
+    assert [[t.get_text() for t in found] for found in texts] == [
+        [], [f"Warning: {empty}", "Warning: names: $W$"], [f"Warning: {empty}"] * 4 + ["and 2 more warnings"]
+    ]  # fmt: skip
+    renderer = figures[1].canvas.get_renderer()
+    boxes = [t.get_window_extent(renderer) for t in figures[1].texts if t.get_position()[1] < 0.2]
+    boxes += [figures[1].axes[0].xaxis.label.get_window_extent(renderer)]
+    assert not any(a.overlaps(b) for i, a in enumerate(boxes) for b in boxes[:i])
+    assert min(b.y0 for b in boxes) > 0
+    assert max(b.x1 for b in boxes) <= figures[1].bbox.x1

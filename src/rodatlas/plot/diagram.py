@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import textwrap
 from collections.abc import Sequence
 from fractions import Fraction
 from typing import TYPE_CHECKING, Any, cast
@@ -27,6 +28,7 @@ if TYPE_CHECKING:
 
 DIAGRAM, STRIP = 3.2, 1.1  # heights in inches: of the diagram itself, and of a strip of drawings
 LEFT, RIGHT, BOTTOM, TOP = 0.62, 0.06, 0.58, 0.26
+LINE, LINE_LENGTH, MOST_WARNINGS = 0.135, 118, 4  # height in inches and characters of a line of warnings; how many
 CAPTION = 13.0  # height of the line under or over a drawing, in points
 
 
@@ -81,10 +83,12 @@ def draw_slice_figure(slice_: SliceLike, width: float = DISPLAY_WIDTH) -> Figure
     check_has("slice", slice_, ("settings", "branches", "states"), "a Slice, see compute_slice and Slice.load")
     states = _one_of_each(slice_.states)
     strips = _strips_needed(states)
-    inches = DIAGRAM + STRIP * sum(strips) + BOTTOM + TOP
+    warnings = _warning_lines(slice_)
+    bottom = BOTTOM + LINE * len(warnings)
+    inches = DIAGRAM + STRIP * sum(strips) + bottom + TOP
     with styled():
         fig = new_figure(TWO_COLUMN, inches)
-        box = (LEFT / TWO_COLUMN, BOTTOM / inches, 1 - (LEFT + RIGHT) / TWO_COLUMN, 1 - (BOTTOM + TOP) / inches)
+        box = (LEFT / TWO_COLUMN, bottom / inches, 1 - (LEFT + RIGHT) / TWO_COLUMN, 1 - (bottom + TOP) / inches)
         ax = fig.add_axes(box)
         drawn = _draw_diagram(slice_, strips, ax)
         draw_heading(slice_.settings, drawn, ax)
@@ -94,9 +98,16 @@ def draw_slice_figure(slice_: SliceLike, width: float = DISPLAY_WIDTH) -> Figure
         slots, chosen = arrange(layout, shown)
         _draw_bands(layout, shown, slots, chosen, width, ax)
         draw_insets(drawn, ax, leaders=_leaders(layout, shown, slots, chosen))
-        _draw_notes(layout, states, width, fig)
+        _draw_notes(layout, states, width, warnings, fig)
         fig.draw_without_rendering()
     return fig
+
+
+def _warning_lines(slice_: SliceLike) -> list[str]:
+    """What a reader of the slice should know, in lines as wide as the page; some only, where there are many."""
+    remarks = [textwrap.wrap(f"Warning: {text}", LINE_LENGTH) for text in getattr(slice_, "remarks", ())]
+    lines = [line for remark in remarks[:MOST_WARNINGS] for line in remark]
+    return lines + ([f"and {len(remarks) - MOST_WARNINGS} more warnings"] if len(remarks) > MOST_WARNINGS else [])
 
 
 def _one_of_each(states: Sequence[StateLike]) -> list[StateLike]:
@@ -196,8 +207,10 @@ def _caption(layout: Layout, one: Shown, slot: Slot, k: int, ax: Axes) -> None:
     )  # fmt: skip
 
 
-def _draw_notes(layout: Layout, states: Sequence[StateLike], width: float, fig: Figure) -> None:
-    """The directions of space in the corner that is free for them, and what the drawings are."""
+def _draw_notes(
+    layout: Layout, states: Sequence[StateLike], width: float, warnings: Sequence[str], fig: Figure
+) -> None:
+    """The directions of space in the corner that is free for them, what the drawings are, and warnings below it."""
     page = np.array([fig.get_figwidth(), fig.get_figheight()]) * 72.0
     low = layout.low if layout.triad_strip < 0 else layout.high - layout.height
     corner, size = np.array([layout.right - TRIAD + 2.0, low + 6.0]), np.array([34.0, 34.0])
@@ -212,4 +225,8 @@ def _draw_notes(layout: Layout, states: Sequence[StateLike], width: float, fig: 
     if any(s.name.endswith("+-") for s in states):
         note = "Of a pair ±, the member + is drawn; − is its reversal. " + note
     right = 1.0 - RIGHT / TWO_COLUMN
-    fig.text(right, 5.0 / page[1], note, ha="right", va="bottom", fontsize=NOTE_SIZE)
+    below = LINE * 72.0 * len(warnings)
+    fig.text(right, (5.0 + below) / page[1], note, ha="right", va="bottom", fontsize=NOTE_SIZE)
+    for i, line in enumerate(warnings):
+        y = (5.0 + below - LINE * 72.0 * (i + 1)) / page[1]
+        fig.text(LEFT / TWO_COLUMN, y, line, ha="left", va="bottom", fontsize=NOTE_SIZE, parse_math=False)
