@@ -1,6 +1,6 @@
 """Bratu's problem u'' + lam exp(u) = 0, u(0) = u(1) = 0: up to the fold and down the upper branch.
 
-    python examples/bratu.py
+python examples/bratu.py
 """
 
 from __future__ import annotations

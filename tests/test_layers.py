@@ -14,6 +14,8 @@ import rodatlas
 ROOT = Path(rodatlas.__file__).parent
 BASE = ("files", "progress", "failures")  # import nothing of the package, are imported by any layer
 LAYERS = ("cli", "explorer", "paper", "atlas", "states", "snap", "plot", "rods", "continuation", *BASE)  # top to bottom
+ENGINE = ("locus", "curve", "singular", "symmetric", "store", "results", "discrete", "problem", "linear")  # the same
+SAVED_BY = {"store": ("results", "discrete")}  # `result.save()` loads the store when it is called
 HEAVY = ("numba", "casadi", "matplotlib", "scipy", "numpy", "h5py", "pandas")
 
 
@@ -58,6 +60,34 @@ def test_imports_run_down_the_list(path: Path) -> None:
 def test_every_folder_is_a_known_layer() -> None:
     folders = {p.name for p in ROOT.iterdir() if p.is_dir() and any(p.rglob("*.py"))}
     assert folders <= set(LAYERS)
+
+
+def engine_modules() -> list[Path]:
+    return [path for path in modules() if path.relative_to(ROOT).parts[0] == "continuation"]
+
+
+@pytest.mark.parametrize("path", engine_modules(), ids=lambda p: str(p.relative_to(ROOT)))
+def test_imports_run_down_the_folders_of_the_engine(path: Path) -> None:
+    room = path.relative_to(ROOT).parts[1]
+    if room == "__init__.py":
+        return  # the face
+    below = ENGINE[ENGINE.index(room) :] if room in ENGINE else ()
+    for name in imported(path):
+        other = name.split(".")[2] if name.startswith("rodatlas.continuation.") else None
+        if other in ENGINE and room not in SAVED_BY.get(other, ()):
+            assert other in below, f"{room} imports {name}, which is above it"
+
+
+def test_results_load_the_store_only_when_asked() -> None:
+    code = (
+        "import sys, rodatlas.continuation; print([m for m in sys.modules if 'continuation.store' in m or m == 'h5py'])"
+    )
+    assert _python(code) == "[]"
+
+
+def test_every_folder_of_the_engine_has_a_place_in_the_order() -> None:
+    folders = {p.name for p in (ROOT / "continuation").iterdir() if p.is_dir() and any(p.rglob("*.py"))}
+    assert folders == set(ENGINE)
 
 
 def test_the_engine_runs_without_the_rest() -> None:

@@ -15,7 +15,7 @@ from rodatlas.cli import main
 from rodatlas.cli.common import number, whole_number
 from rodatlas.cli.output import json_target
 from rodatlas.continuation import NotConverged
-from rodatlas.continuation.newton import NewtonCode
+from rodatlas.continuation.discrete.newton import NewtonCode
 from rodatlas.rods import Band, BandUnits, Ends
 
 NOT_FOUND = NotConverged(NewtonCode.SINGULAR, "state")

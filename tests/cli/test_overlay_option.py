@@ -19,9 +19,7 @@ def run(capsys, *arguments):
 
 def test_overlay_adds_a_table_a_figure_and_json(capsys, tmp_path, slice_15):
     slice_15.save(tmp_path / "slice-15.h5")
-    code, out, err = run(
-        capsys, "--out", tmp_path, "--overlay", EXAMPLE, "--band", "240x3x0.127", "--json", "-"
-    )
+    code, out, err = run(capsys, "--out", tmp_path, "--overlay", EXAMPLE, "--band", "240x3x0.127", "--json", "-")
     assert code == 0
     data = json.loads(out)
     (written,) = tmp_path.glob("slice-15-overlay-synthetic-ranges-15deg-????????.json")

@@ -8,10 +8,17 @@ from bvp_problems import bratu, bratu_exact, tangled
 from test_linear import assembled, flat
 
 from rodatlas.continuation import BVP, Solution
-from rodatlas.continuation.collocation import Collocation, Scale, add, free_indices
-from rodatlas.continuation.linear import Blocks, BorderedMatrix, Columns
-from rodatlas.continuation.mesh import ErrorEstimate, equidistribute, error_estimate, halved, monitor, wanted_intervals
-from rodatlas.continuation.newton import fixed, newton
+from rodatlas.continuation.discrete.collocation import Collocation, Scale, add, free_indices
+from rodatlas.continuation.discrete.mesh import (
+    ErrorEstimate,
+    equidistribute,
+    error_estimate,
+    halved,
+    monitor,
+    wanted_intervals,
+)
+from rodatlas.continuation.discrete.newton import fixed, newton
+from rodatlas.continuation.linear.matrix import Blocks, BorderedMatrix, Columns
 
 FREE = ("b", "a", "d", "c", "f")  # in another order than declared
 
@@ -52,7 +59,6 @@ def jacobian(colloc: Collocation, x: Columns) -> np.ndarray:
         colloc.scheme, colloc.bvp.sparsity, colloc.step, lin.jac, lin.stage_scal, lin.b_left, lin.b_right, lin.b_scal,
         lin.dense, lin.dense_scal,
     ))  # fmt: skip
-
 
 
 def test_every_column_of_the_jacobian_equals_differences() -> None:
@@ -168,7 +174,6 @@ def test_the_wanted_number_of_intervals_follows_the_error() -> None:
     from rodatlas.continuation import MeshControl
 
     control = MeshControl(tolerance=1e-8, points=4, intervals=(10, 100))
-
 
     def wanted(intervals: int, error: float, round_off: float = 0.0) -> int:
         return wanted_intervals(control, intervals, ErrorEstimate(error, round_off))

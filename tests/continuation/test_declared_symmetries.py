@@ -10,8 +10,11 @@ import pytest
 from bvp_problems import EULER_LOADS, algebraic, constant
 
 from rodatlas.continuation import BVP, MeshControl, Solution, TraceOptions, integral_of, solve, switch, trace
-from rodatlas.continuation.collocation import Collocation, Scale, add, scaled
-from rodatlas.continuation.isotropy import (
+from rodatlas.continuation.discrete.collocation import Collocation, Scale, add, scaled
+from rodatlas.continuation.discrete.newton import fixed, newton
+from rodatlas.continuation.linear.matrix import Columns
+from rodatlas.continuation.problem.symmetry import Symmetry
+from rodatlas.continuation.symmetric.isotropy import (
     broken,
     broken_at,
     generated,
@@ -24,9 +27,6 @@ from rodatlas.continuation.isotropy import (
     subspace,
     symmetric_mesh,
 )
-from rodatlas.continuation.linear import Columns
-from rodatlas.continuation.newton import fixed, newton
-from rodatlas.continuation.symmetry import Symmetry
 
 FLIP = Symmetry("flip", {"x": -1})
 

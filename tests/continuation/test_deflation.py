@@ -23,10 +23,10 @@ from rodatlas.continuation import (
     solve,
     trace,
 )
-from rodatlas.continuation.collocation import Collocation, Scale, add
-from rodatlas.continuation.deflation import Deflation, deflated_newton
-from rodatlas.continuation.linear import Columns
-from rodatlas.continuation.newton import NewtonCode, fixed
+from rodatlas.continuation.curve.deflation import Deflation, deflated_newton
+from rodatlas.continuation.discrete.collocation import Collocation, Scale, add
+from rodatlas.continuation.discrete.newton import NewtonCode, fixed
+from rodatlas.continuation.linear.matrix import Columns
 
 LOAD = ("P", "V")
 

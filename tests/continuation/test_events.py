@@ -23,8 +23,8 @@ from rodatlas.continuation import (
     switch,
     trace,
 )
-from rodatlas.continuation.frame import first_frame
-from rodatlas.continuation.walker import Walker
+from rodatlas.continuation.curve.point import first_frame
+from rodatlas.continuation.curve.walker import Walker
 
 BOX = TraceOptions(bounds={"lam": (-1.0, 1.0)}, step=StepControl(maximum=0.1))
 
@@ -283,7 +283,7 @@ def test_switching_with_other_free_parameters_finds_the_directions_anew() -> Non
 
 
 def test_switching_does_not_depend_on_the_units_of_the_run() -> None:
-    from rodatlas.continuation.collocation import Scale
+    from rodatlas.continuation.discrete.collocation import Scale
 
     bvp = pitchfork()
     odd = Scale(np.array([7.0]), np.array([0.2]))

@@ -13,10 +13,10 @@ from hypothesis import strategies as st
 from scipy.sparse import coo_matrix
 from scipy.sparse.csgraph import connected_components
 
-from rodatlas.continuation.collocation import Collocation, Linearization, Row, Scale, free_indices
-from rodatlas.continuation.gauss import gauss_scheme
-from rodatlas.continuation.linear import Blocks, BorderedMatrix, Columns, backend_name, factor
-from rodatlas.continuation.sparsity import strong_components
+from rodatlas.continuation.discrete.collocation import Collocation, Linearization, Row, Scale, free_indices
+from rodatlas.continuation.linear.gauss import gauss_scheme
+from rodatlas.continuation.linear.matrix import Blocks, BorderedMatrix, Columns, backend_name, factor
+from rodatlas.continuation.linear.sparsity import strong_components
 
 BACKENDS = ("numba", "scipy")
 
@@ -375,10 +375,10 @@ def test_only_a_compilation_is_called_one(misses, told, monkeypatch, capsys):
     """A busy machine that takes long to load compiled kernels says nothing."""
     from types import SimpleNamespace
 
-    from rodatlas.continuation import linear_numba
+    from rodatlas.continuation.linear import numba_backend
 
     kernel = SimpleNamespace(stats=SimpleNamespace(cache_misses=misses))
-    monkeypatch.setattr(linear_numba, "kernels", lambda: SimpleNamespace(factor=kernel, constant=3))
-    with linear_numba.FirstCompile(patience=0.0) as _:
+    monkeypatch.setattr(numba_backend, "kernels", lambda: SimpleNamespace(factor=kernel, constant=3))
+    with numba_backend.FirstCompile(patience=0.0) as _:
         time.sleep(0.2)
     assert ("compiling the solver" in capsys.readouterr().err) is told

@@ -124,7 +124,7 @@ def test_fold_passes_a_branch_point_seen_from_both_loci():
     np.testing.assert_allclose(place(from_points.events[0]), 0.0, atol=1e-8)
     side = trace(bvp, constant(bvp, [0.5], lam=0.5, mu=0.5), ("lam",), TraceOptions(bounds={"lam": (-1.0, 1.0)}))
     from_folds = in_plane(bvp, side.of_kind("fold")[0])
-    np.testing.assert_allclose(from_folds.column("lam"), -from_folds.column("mu") ** 2 / 4, atol=1e-9)
+    np.testing.assert_allclose(from_folds.column("lam"), -(from_folds.column("mu") ** 2) / 4, atol=1e-9)
     assert summary(from_folds) == [("coalescence", "")]
     np.testing.assert_allclose(place(from_folds.events[0]), 0.0, atol=1e-8)
 

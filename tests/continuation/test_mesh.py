@@ -11,10 +11,8 @@ from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
 from rodatlas.continuation import MeshControl, Solution
-from rodatlas.continuation.collocation import Collocation, Scale, scaled
-from rodatlas.continuation.gauss import gauss_scheme
-from rodatlas.continuation.linear import Columns
-from rodatlas.continuation.mesh import (
+from rodatlas.continuation.discrete.collocation import Collocation, Scale, scaled
+from rodatlas.continuation.discrete.mesh import (
     ErrorEstimate,
     equidistribute,
     error_estimate,
@@ -23,6 +21,8 @@ from rodatlas.continuation.mesh import (
     relative_change,
     wanted_intervals,
 )
+from rodatlas.continuation.linear.gauss import gauss_scheme
+from rodatlas.continuation.linear.matrix import Columns
 
 PROPERTY = settings(max_examples=60, deadline=None, derandomize=True)
 

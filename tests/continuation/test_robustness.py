@@ -30,8 +30,8 @@ from rodatlas.continuation import (
     switch,
     trace,
 )
-from rodatlas.continuation.collocation import scaled
-from rodatlas.continuation.settle import Settled
+from rodatlas.continuation.curve.settle import Settled
+from rodatlas.continuation.discrete.collocation import scaled
 
 SHORT = TraceOptions(max_points=6)
 BOX = TraceOptions(bounds={"lam": (-1.0, 1.0)}, step=StepControl(maximum=0.1))
@@ -82,8 +82,10 @@ def test_a_right_hand_side_that_cannot_be_traced(rhs, message: str) -> None:
     [
         ({"boundary": lambda left, right, p: [left.u]}, "boundary: expected at least 2 conditions .* got 1"),
         ({"boundary": lambda left, right, p: []}, "boundary: expected at least 2 conditions for 2 unknowns, got 0"),
-        ({"boundary": lambda left, right, p: [left.u, right.u, left.v, right.v]},
-         r"at most 2 conditions .* got 4: a branch would need 3 free parameters and there are only 1 \(lam\)"),
+        (
+            {"boundary": lambda left, right, p: [left.u, right.u, left.v, right.v]},
+            r"at most 2 conditions .* got 4: a branch would need 3 free parameters and there are only 1 \(lam\)",
+        ),
         ({"integrals": lambda s, u, p: u.u}, r"at most 1 conditions for 2 unknowns and 1 integral conditions, got 2"),
         ({"boundary": lambda left, right, p: {"u": left.u}}, r"boundary: expected a sequence, got \['u'\]"),
         ({"boundary": lambda left, right, p: None}, "boundary: expected numbers and expressions, got None"),
@@ -360,7 +362,7 @@ def test_a_start_at_a_branch_point_is_not_taken_for_a_singular_problem(backend: 
 
 def test_a_settled_start_outside_the_domain_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
     """Should moving the mesh lead there, the run does not begin."""
-    module = import_module("rodatlas.continuation.start")
+    module = import_module("rodatlas.continuation.curve.start")
 
     def astray(frame, options, holds, anywhere):
         return Settled(replace(frame, x=scaled(frame.x, float("nan"))), 0, None)
@@ -518,7 +520,7 @@ def test_an_exception_of_stop_at_keeps_the_special_point() -> None:
 
 @pytest.mark.parametrize("calls", [5, 20])
 def test_an_interrupt_inside_newton_loses_the_step_under_way_only(calls: int, monkeypatch: pytest.MonkeyPatch) -> None:
-    import rodatlas.continuation.walker as walker
+    import rodatlas.continuation.curve.walker as walker
 
     whole = trace(circle(), constant(circle(), [1.0]), ("lam",), WIDE)
     corrector, fuse = walker.newton, Fuse(calls, KeyboardInterrupt)

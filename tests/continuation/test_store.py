@@ -12,7 +12,7 @@ import pytest
 from bvp_problems import algebraic, bratu, constant, elastica
 
 from rodatlas.continuation import Branch, Discrepancy, NewtonCode, Solution, TraceOptions, switch, trace
-from rodatlas.continuation.store import atomic_hdf5, checked_hdf5, read_branch, write_branch
+from rodatlas.continuation.store.branch import atomic_hdf5, checked_hdf5, read_branch, write_branch
 
 LOAD = ("P", "V")
 OPTIONS = TraceOptions(bounds={"P": (1.0, 100.0), "compression": (-0.1, 0.3)}, zeros={"P": 50.0})
@@ -99,7 +99,6 @@ def test_an_interrupted_write_leaves_the_old_file(tmp_path: Path, column: Branch
     path = tmp_path / "b.h5"
     column.save(path)
     before = path.read_bytes()
-
 
     def write_half() -> None:
         with atomic_hdf5(path, "rodatlas/branch") as file:

@@ -23,10 +23,10 @@ from rodatlas.continuation import (
     switch,
     trace,
 )
-from rodatlas.continuation.frame import first_frame
-from rodatlas.continuation.resolve import doubted, resolved
-from rodatlas.continuation.settle import across, at_own_parameter, refined_within, settled
-from rodatlas.continuation.walker import Doubt
+from rodatlas.continuation.curve.point import first_frame
+from rodatlas.continuation.curve.resolve import doubted, resolved
+from rodatlas.continuation.curve.settle import across, at_own_parameter, refined_within, settled
+from rodatlas.continuation.curve.walker import Doubt
 
 WIDE = TraceOptions(mesh=MeshControl(intervals=(10, 800)))
 STEP = 0.3137  # place at which the column gets four times as stiff

@@ -9,9 +9,9 @@ import pytest
 from bvp_problems import algebraic, bratu, constant, elastica
 
 from rodatlas.continuation import Branch, EndReason, MeshControl, Solution, Status, StepControl, TraceOptions, trace
-from rodatlas.continuation.frame import first_frame
-from rodatlas.continuation.recheck import rechecked, suspicious
-from rodatlas.continuation.verification import NEARLY_SINGULAR, ROUND_OFF, Discrepancy
+from rodatlas.continuation.curve.point import first_frame
+from rodatlas.continuation.curve.retrace import rechecked, suspicious
+from rodatlas.continuation.results.verification import NEARLY_SINGULAR, ROUND_OFF, Discrepancy
 
 COLUMN = TraceOptions(bounds={"P": (0.0, 100.0)})
 
@@ -81,7 +81,7 @@ def test_a_bracketed_point_is_looked_at_again(column):
 
 def test_a_change_of_sign_without_a_singular_value_is_no_branch_point(monkeypatch):
     """A determinant that flips by chance: no branch point is invented, and the interval is reported."""
-    from rodatlas.continuation.frame import Frame
+    from rodatlas.continuation.curve.point import Frame
 
     honest = Frame.reached
 
@@ -115,5 +115,3 @@ def test_a_mesh_that_falls_behind_is_refined_on_the_spot():
     branch = trace(bvp, start, ("gamma", "far"), options, both=False, direction=-1.0)
     assert branch.ends[1] is EndReason.RANGE
     assert branch.points[-1].solution["ddf0"] == pytest.approx(0.510232619, abs=1e-6)  # von Karman's flow
-
-

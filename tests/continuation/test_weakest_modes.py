@@ -7,10 +7,10 @@ import pytest
 from bvp_problems import constant
 
 from rodatlas.continuation import BVP, MeshControl, Status, TraceOptions, trace
-from rodatlas.continuation.collocation import free_indices
-from rodatlas.continuation.frame import first_frame, with_tests
-from rodatlas.continuation.modes import ALIKE, measured_at, with_resolved_mode
-from rodatlas.continuation.verification import UNRESOLVED_MODE
+from rodatlas.continuation.curve.modes import ALIKE, measured_at, with_resolved_mode
+from rodatlas.continuation.curve.point import first_frame, with_tests
+from rodatlas.continuation.discrete.collocation import free_indices
+from rodatlas.continuation.results.verification import UNRESOLVED_MODE
 
 
 def pinned(scales=None) -> BVP:

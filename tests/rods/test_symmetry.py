@@ -6,12 +6,12 @@ import numpy as np
 import pytest
 
 from rodatlas.continuation import TraceOptions, solve, switch, trace
-from rodatlas.continuation.collocation import Collocation
-from rodatlas.continuation.frame import first_frame
-from rodatlas.continuation.isotropy import broken as lost_at
-from rodatlas.continuation.isotropy import broken_at, isotropy, parity
-from rodatlas.continuation.isotropy import image as image_of
-from rodatlas.continuation.symmetry import checked
+from rodatlas.continuation.curve.point import first_frame
+from rodatlas.continuation.discrete.collocation import Collocation
+from rodatlas.continuation.problem.symmetry import checked
+from rodatlas.continuation.symmetric.isotropy import broken as lost_at
+from rodatlas.continuation.symmetric.isotropy import broken_at, isotropy, parity
+from rodatlas.continuation.symmetric.isotropy import image as image_of
 from rodatlas.rods import (
     Ends,
     index_of,

@@ -28,9 +28,7 @@ ADDRESS = re.compile(r"[a-z]+://\S+:\d{1,5}")
 ROWS = 60  # of the table at the end; the rest is what `rodatlas show` is for
 
 
-def run(
-    file: str, out: str, workers: str | None, scheduler: str | None, dry_run: bool, json_to: JsonTarget
-) -> int:
+def run(file: str, out: str, workers: str | None, scheduler: str | None, dry_run: bool, json_to: JsonTarget) -> int:
     """The command; texts come as typed and are checked here. The exit code: 1 when a result is missing."""
     from rodatlas.atlas.study import Study
     from rodatlas.atlas.study.folder import PLAN

@@ -3,21 +3,21 @@
 >>> from rodatlas.continuation import BVP, Solution, TraceOptions, solve, trace
 """
 
-from rodatlas.continuation.deflation import deflated_solve, other_solutions
-from rodatlas.continuation.isotropy import broken_at, image, isotropy
-from rodatlas.continuation.locus import follow_locus
-from rodatlas.continuation.locus_results import Locus, LocusEvent, LocusPoint
-from rodatlas.continuation.locus_switch import fold_locus_at
-from rodatlas.continuation.mesh import MeshControl
-from rodatlas.continuation.newton import NewtonCode, NewtonOptions
-from rodatlas.continuation.options import StepControl, TraceOptions
-from rodatlas.continuation.problem import BVP, end_value, integral_of
-from rodatlas.continuation.results import Branch, Discrepancy, EndReason, NormalForm, Point, SpecialPoint, Status
-from rodatlas.continuation.solution import Solution
-from rodatlas.continuation.start import NotConverged
-from rodatlas.continuation.switch import switch, switch_all
-from rodatlas.continuation.symmetry import Symmetry
-from rodatlas.continuation.trace import follow, solve, trace
+from rodatlas.continuation.curve.deflation import deflated_solve, other_solutions
+from rodatlas.continuation.curve.options import StepControl, TraceOptions
+from rodatlas.continuation.curve.start import NotConverged
+from rodatlas.continuation.curve.switch import switch, switch_all
+from rodatlas.continuation.curve.trace import follow, solve, trace
+from rodatlas.continuation.discrete.mesh import MeshControl
+from rodatlas.continuation.discrete.newton import NewtonCode, NewtonOptions
+from rodatlas.continuation.discrete.solution import Solution
+from rodatlas.continuation.locus.follow import follow_locus
+from rodatlas.continuation.locus.switch import fold_locus_at
+from rodatlas.continuation.problem.bvp import BVP, end_value, integral_of
+from rodatlas.continuation.problem.symmetry import Symmetry
+from rodatlas.continuation.results.branch import Branch, Discrepancy, EndReason, NormalForm, Point, SpecialPoint, Status
+from rodatlas.continuation.results.locus import Locus, LocusEvent, LocusPoint
+from rodatlas.continuation.symmetric.isotropy import broken_at, image, isotropy
 
 __all__ = [
     "BVP", "Branch", "Discrepancy", "EndReason", "Locus", "LocusEvent", "LocusPoint", "MeshControl", "NewtonCode",

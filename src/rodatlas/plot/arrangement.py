@@ -194,9 +194,7 @@ def _slots(layout: Layout, shown: list[Shown], chosen: list[int], orders: dict[i
     return [slots[i] for i in range(len(shown))]
 
 
-def _total(
-    layout: Layout, shown: list[Shown], slots: list[Slot], chosen: list[int], own: list[list[float]]
-) -> float:
+def _total(layout: Layout, shown: list[Shown], slots: list[Slot], chosen: list[int], own: list[list[float]]) -> float:
     """Price of the chosen places, of all lines, and of those that cross each other."""
     ends = np.array([one.places[k] for one, k in zip(shown, chosen, strict=True)])
     starts = np.array([layout.start(slot) for slot in slots])

@@ -23,8 +23,8 @@ import numpy as np
 import numpy.typing as npt
 
 from rodatlas.continuation import Solution
-from rodatlas.continuation.gauss import gauss_scheme
-from rodatlas.continuation.isotropy import isotropy
+from rodatlas.continuation.linear.gauss import gauss_scheme
+from rodatlas.continuation.symmetric.isotropy import isotropy
 from rodatlas.rods.conjugate_points import jacobi_coefficients
 from rodatlas.rods.kinematics import directors
 from rodatlas.rods.perfectly_anisotropic import check_rod, rod_problem

@@ -16,7 +16,7 @@ import numpy as np
 
 from rodatlas.continuation import BVP, Solution, end_value, integral_of
 from rodatlas.continuation.checks import check_type
-from rodatlas.continuation.symmetry import Symmetry
+from rodatlas.continuation.problem.symmetry import Symmetry
 from rodatlas.rods.kinematics import clamp_residual, director_components, directors, quaternion_rate
 
 UNKNOWNS = ("N1", "N2", "N3", "M2", "k1", "tau", "q0", "q1", "q2", "q3", "x", "y", "z")

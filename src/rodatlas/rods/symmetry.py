@@ -24,7 +24,7 @@ from __future__ import annotations
 import numpy as np
 
 from rodatlas.continuation import Solution
-from rodatlas.continuation.isotropy import image
+from rodatlas.continuation.symmetric.isotropy import image
 from rodatlas.rods.perfectly_anisotropic import check_rod, rod_problem
 
 

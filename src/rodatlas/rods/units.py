@@ -84,7 +84,6 @@ class BandUnits:
         """GJ/L [N mm]: a moment or an energy of the program times this is in N mm or mJ."""
         return self.twisting_stiffness / self.band.length
 
-
     @property
     def weight_newton(self) -> float:
         """Weight of the band between the clamps [N]."""

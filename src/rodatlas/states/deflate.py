@@ -1,7 +1,7 @@
 """States next to known ones, by deflation: an option of the search, slower than more starts.
 
 Newton's method from perturbations of the known states, with all of these divided out
-(:mod:`rodatlas.continuation.deflation`). The perturbations follow the lowest modes and random smooth loads.
+(:mod:`rodatlas.continuation.curve.deflation`). The perturbations follow the lowest modes and random smooth loads.
 """
 
 from __future__ import annotations
@@ -11,7 +11,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from rodatlas.continuation import MeshControl, NotConverged, Solution, TraceOptions
-from rodatlas.continuation.deflation import deflated_solve, perturbed
+from rodatlas.continuation.curve.deflation import deflated_solve, perturbed
 from rodatlas.rods.perfectly_anisotropic import rod_problem
 from rodatlas.rods.symmetry import is_symmetric, reverse
 

@@ -214,9 +214,7 @@ def _nearest(slice_: Slice, family: str | None, low: float, high: float) -> Stat
     return max(fitting, key=lambda s: min(high, s.high.shear) - max(low, s.low.shear), default=None)
 
 
-def _clamp_error(
-    slice_: Slice, end: StateEnd, m: Measurement, errors: ClampErrors, normalized: bool
-) -> float | None:
+def _clamp_error(slice_: Slice, end: StateEnd, m: Measurement, errors: ClampErrors, normalized: bool) -> float | None:
     """Error of a measured end as these clamps would give it; None when the band or the slopes are unknown."""
     if m.band is None or end.kind in ("range", "smooth"):
         return None

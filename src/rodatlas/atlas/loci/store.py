@@ -1,5 +1,5 @@
 """Loci in one HDF5 file: settings and warnings as attributes, `/curves/0`, ... each a locus (see
-:mod:`rodatlas.continuation.locus_store`) with the numbers of its pieces as the attribute `numbers` (JSON).
+:mod:`rodatlas.continuation.store.locus`) with the numbers of its pieces as the attribute `numbers` (JSON).
 """
 
 from __future__ import annotations
@@ -11,8 +11,8 @@ from typing import TYPE_CHECKING
 
 from rodatlas.atlas.loci.numbering import Stretch, pieces, stretches
 from rodatlas.atlas.loci.result import Loci, LociSettings
-from rodatlas.continuation.locus_store import read_locus, write_locus
-from rodatlas.continuation.store import atomic_hdf5, checked_hdf5
+from rodatlas.continuation.store.branch import atomic_hdf5, checked_hdf5
+from rodatlas.continuation.store.locus import read_locus, write_locus
 
 if TYPE_CHECKING:
     import h5py

@@ -7,7 +7,7 @@ from pathlib import Path
 
 from rodatlas.atlas.unfinished import CurveFolder
 from rodatlas.continuation import Branch, Solution
-from rodatlas.continuation.store import atomic_hdf5, checked_hdf5, read_solutions, write_solutions
+from rodatlas.continuation.store.branch import atomic_hdf5, checked_hdf5, read_solutions, write_solutions
 
 STATES = "rodatlas/slice states"
 

@@ -20,7 +20,7 @@ from rodatlas.atlas.slices.segments import Bound, Segment, stable_segments, with
 from rodatlas.atlas.slices.settings import SliceSettings
 from rodatlas.continuation import SpecialPoint
 from rodatlas.continuation.checks import check_type
-from rodatlas.continuation.events import turns_at
+from rodatlas.continuation.curve.events import turns_at
 from rodatlas.progress import Progress, tells
 from rodatlas.rods.symmetry import is_symmetric
 from rodatlas.states.names import NAMES, OTHER, Part, name_parts
@@ -68,8 +68,11 @@ def _holds_w(followed: Followed) -> bool:
     """Whether a branch passes a stable symmetric state of negative height at dD = 0."""
     points = followed.branch.points
     return followed.symmetric and any(
-        one.solution["dD"] * two.solution["dD"] <= 0 and one.index == two.index == 0 and one.solution["height"] < 0
-        and not is_curled(one.solution) for one, two in pairwise(points)
+        one.solution["dD"] * two.solution["dD"] <= 0
+        and one.index == two.index == 0
+        and one.solution["height"] < 0
+        and not is_curled(one.solution)
+        for one, two in pairwise(points)
     )
 
 
@@ -175,9 +178,7 @@ def _numbers_of_ends(
     return given
 
 
-def _states(
-    segment: Segment, parts: list[Part], branches: list[SliceBranch], settings: SliceSettings
-) -> list[State]:
+def _states(segment: Segment, parts: list[Part], branches: list[SliceBranch], settings: SliceSettings) -> list[State]:
     """The named states of a stable segment, with their ends."""
     solutions = cut_segment(segment.solutions, parts, settings)
     path = "-".join(part.name for part in parts)

@@ -14,9 +14,7 @@ SHEAR_TOLERANCE = 1e-9  # of the zero of k1(1/2)
 LEAST_TOLERANCE = 1e-6  # of its minimum, which a value of k1 to 1e-12 does not determine better
 
 
-def cut_segment(
-    solutions: Sequence[Solution], named: Sequence[Part], settings: SliceSettings
-) -> list[list[Solution]]:
+def cut_segment(solutions: Sequence[Solution], named: Sequence[Part], settings: SliceSettings) -> list[list[Solution]]:
     """Solutions of each named part of a segment, neighbors sharing the solution at the cut.
 
     U becomes w where k1(1/2) = 0; w becomes uUui where k1(1/2) is least. Both are solved for between the computed

@@ -56,7 +56,13 @@ def found_states(shear: float, settings: SliceSettings, starts: int, seed: int) 
     """Stable states of the first class, the member + of each pair."""
     ends = Ends(settings.angle_deg, settings.compression, shear)
     found = find_states(
-        ends, settings.poisson, "+", starts, stable_only=True, tolerance=settings.tolerance, seed=seed,
+        ends,
+        settings.poisson,
+        "+",
+        starts,
+        stable_only=True,
+        tolerance=settings.tolerance,
+        seed=seed,
         progress=silent,
     ).states
     return tuple(s.solution for s in found if s.stable and s.pair != "-")

@@ -86,9 +86,7 @@ class SliceSettings:
     def references(self) -> list[SliceSettings]:
         """Settings from which states are carried over that are not connected within the slice: other than this one."""
         at_angle = replace(self, angle_deg=REFERENCE_ANGLE_DEG)
-        usual = replace(
-            at_angle, compression=REFERENCE_COMPRESSION, shear_max=default_shear_max(REFERENCE_COMPRESSION)
-        )
+        usual = replace(at_angle, compression=REFERENCE_COMPRESSION, shear_max=default_shear_max(REFERENCE_COMPRESSION))
         distinct = {s.place: s for s in (usual, at_angle)}  # one at each place, if it can be with this range
         return [s for s in dict.fromkeys((at_angle, distinct[usual.place])) if s.place != self.place]
 

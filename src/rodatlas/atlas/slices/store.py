@@ -1,7 +1,8 @@
 """A slice in one HDF5 file, through the store of branches and solutions.
 
 Layout: settings, version of the program, warnings and seconds as attributes; `/branches/0`, `/branches/1`, ... each a
-branch (see :mod:`rodatlas.continuation.store`) with the attribute `record` (JSON: name, symmetry, origin, events);
+branch (see :mod:`rodatlas.continuation.store.branch`) with the attribute `record` (JSON: name, symmetry, origin,
+events);
 `/states/0`, ... the solutions of each named state with the attribute `record` (JSON: name, ends, contact).
 """
 
@@ -15,7 +16,7 @@ from typing import TYPE_CHECKING
 from rodatlas.atlas.slices.follow import Followed
 from rodatlas.atlas.slices.result import Event, Slice, SliceBranch, State, StateEnd
 from rodatlas.atlas.slices.settings import SliceSettings
-from rodatlas.continuation.store import (
+from rodatlas.continuation.store.branch import (
     atomic_hdf5,
     checked_hdf5,
     read_branch,

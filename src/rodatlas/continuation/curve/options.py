@@ -1,0 +1,141 @@
+"""Settings of a continuation run; every one has a default that suits scaled problems."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import asdict, dataclass, field, fields, replace
+from numbers import Real
+from typing import TYPE_CHECKING, Any
+
+from rodatlas.continuation.checks import check_each, check_fields, check_type
+from rodatlas.continuation.discrete.mesh import MeshControl
+from rodatlas.continuation.discrete.newton import NewtonOptions
+from rodatlas.continuation.problem.bvp import BVP
+
+if TYPE_CHECKING:
+    from rodatlas.continuation.discrete.solution import Solution
+    from rodatlas.continuation.results.branch import Point, SpecialPoint
+
+KINDS = ("fold", "branch point")
+
+
+@dataclass(frozen=True)
+class StepControl:
+    """Arclength steps, in scaled variables.
+
+    A step is repeated at half its size when Newton fails, when its corrections exceed `max_correction` of the step,
+    or when the tangent turns by more than `min_cosine` allows. Otherwise the next step aims at a first correction
+    (the error of the quadratic predictor, of order step^3) of `target`.
+    """
+
+    initial: float = 0.02
+    minimum: float = 1e-6
+    maximum: float = 0.5
+    target: float = 2e-3
+    max_correction: float = 0.3
+    min_cosine: float = 0.9
+    growth: float = 1.6
+
+    def __post_init__(self) -> None:
+        check_fields(self, *(f.name for f in fields(self)))
+        if not 0 < self.minimum <= self.initial <= self.maximum:
+            raise ValueError(
+                f"step: expected 0 < minimum <= initial <= maximum, got {self.minimum}, {self.initial}, {self.maximum}"
+            )
+        for name, low, high in (
+            ("target", 0.0, float("inf")), ("max_correction", 0.0, float("inf")), ("min_cosine", 0.0, 1.0),
+            ("growth", 1.0, float("inf")),
+        ):  # fmt: skip
+            if not low < getattr(self, name) < high:
+                raise ValueError(f"step: expected {low} < {name} < {high}, got {getattr(self, name)}")
+
+    def next_step(self, step: float, first_correction: float, iterations: int) -> float:
+        """The step that follows a successful one."""
+        factor = (self.target / max(first_correction, 1e-12)) ** (1.0 / 3.0)
+        factor = min(max(factor, 0.5), self.growth)
+        if iterations > 4:
+            factor = min(factor, 0.7)
+        return min(max(step * factor, self.minimum), self.maximum)
+
+
+@dataclass(frozen=True)
+class TraceOptions:
+    """What a run follows, watches and stops at.
+
+    Attributes
+    ----------
+    bounds : free parameter or observable name -> (low, high); the branch ends exactly there.
+    zeros : free parameter or observable name -> value to be located along the way.
+    locate : kinds of special points to detect.
+    index : function of a solution that returns an integer (None: unknown) which changes by one at each simple fold
+        and branch point (the Morse index of a variational problem); it is compared with the located events.
+    stop_at : function of (special point, last point); True ends the branch at the special point.
+    newton : its tolerance is lowered to a tenth of the mesh's when it is above.
+    on_point : called with every accepted point of a branch or locus (progress).
+    max_points, max_folds : limits in each direction; the branch ends at the fold that is one too many.
+    backend : 'numba' or 'scipy'; None follows the environment variable RODATLAS_BACKEND and what is installed.
+    within : names of symmetries (or products 'a * b') that every state of the branch keeps: it passes the pitchforks
+        where they are lost, which are located all the same. Side branches are followed outside.
+    """
+
+    step: StepControl = field(default_factory=StepControl)
+    mesh: MeshControl = field(default_factory=MeshControl)
+    newton: NewtonOptions = field(default_factory=NewtonOptions)
+    bounds: Mapping[str, tuple[float, float]] = field(default_factory=dict)
+    zeros: Mapping[str, float] = field(default_factory=dict)
+    locate: tuple[str, ...] = KINDS
+    index: Callable[[Solution], int | None] | None = None
+    stop_at: Callable[[SpecialPoint, Point], bool] | None = None
+    on_point: Callable[[Any], None] | None = None
+    max_points: int = 1000
+    max_folds: int | None = None
+    backend: str | None = None
+    within: tuple[str, ...] = ()
+
+    def __post_init__(self) -> None:
+        for name, part in (("step", StepControl), ("mesh", MeshControl), ("newton", NewtonOptions)):
+            check_type(name, getattr(self, name), part, f"{part.__name__}(..)")
+        check_type("bounds", self.bounds, Mapping, "a mapping of names to (low, high)")
+        check_type("zeros", self.zeros, Mapping, "a mapping of names to values")
+        check_each("locate", self.locate, str, f"some of {KINDS}")
+        check_each("within", self.within, str, "a tuple of names of symmetries")
+        check_fields(self, "max_points")
+        for kind in self.locate:
+            if kind not in KINDS:
+                raise ValueError(f"locate: expected some of {KINDS}, got '{kind}'")
+        for name, pair in self.bounds.items():
+            if not _is_pair(pair) or not pair[0] < pair[1]:
+                raise ValueError(f"bounds: expected numbers low < high for '{name}', got {pair!r}")
+        for name, value in self.zeros.items():
+            if not isinstance(value, Real):
+                raise ValueError(f"zeros: expected a number for '{name}', got {value!r}")
+        if self.backend not in (None, "numba", "scipy"):
+            raise ValueError(f"backend: expected 'numba', 'scipy' or None, got '{self.backend}'")
+        if self.max_points < 1:
+            raise ValueError(f"max_points: expected at least 1, got {self.max_points}")
+        if self.newton.tolerance > 0.1 * self.mesh.tolerance:  # else no mesh could meet its own tolerance
+            object.__setattr__(self, "newton", replace(self.newton, tolerance=0.1 * self.mesh.tolerance))
+
+    def check_names(self, bvp: BVP, free: Sequence[str]) -> None:
+        """Raise ValueError when a bound or zero is neither a free parameter nor an observable."""
+        known = [*free, *bvp.observables]
+        for field_name in ("bounds", "zeros"):
+            for name in getattr(self, field_name):
+                if name not in known:
+                    raise ValueError(f"{field_name}: expected one of {', '.join(known)}, got '{name}'")
+
+    def settings(self) -> dict[str, Any]:
+        """The options as plain values, for a record of the run (functions by name)."""
+        plain: dict[str, Any] = {key: asdict(getattr(self, key)) for key in ("step", "mesh", "newton")}
+        plain["mesh"]["intervals"] = list(self.mesh.intervals)
+        plain["bounds"] = {name: [float(v) for v in pair] for name, pair in self.bounds.items()}
+        plain["zeros"] = {name: float(v) for name, v in self.zeros.items()}
+        plain["locate"], plain["within"] = list(self.locate), list(self.within)
+        for key in ("index", "stop_at"):
+            function = getattr(self, key)
+            plain[key] = None if function is None else getattr(function, "__qualname__", type(function).__name__)
+        return plain | {key: getattr(self, key) for key in ("max_points", "max_folds", "backend")}
+
+
+def _is_pair(value: object) -> bool:
+    return isinstance(value, Sequence) and len(value) == 2 and all(isinstance(v, Real) for v in value)

@@ -1,0 +1,159 @@
+"""A state on a mesh that meets the tolerance: the mesh moves where Newton can follow, and is halved where it cannot.
+
+A move to better places may carry the state further than Newton converges from: where a layer is missed altogether,
+what is interpolated on the places of the layer is no guess. The halved mesh keeps all old points, so the state stays
+close, and the next move starts from a better one.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from rodatlas.continuation.curve.damped import damped_newton
+from rodatlas.continuation.curve.options import TraceOptions
+from rodatlas.continuation.curve.point import Frame, with_tests
+from rodatlas.continuation.discrete.collocation import scaled
+from rodatlas.continuation.discrete.mesh import (
+    ErrorEstimate,
+    MeshControl,
+    equidistribute,
+    error_estimate,
+    halved,
+    monitor,
+)
+from rodatlas.continuation.discrete.mesh import wanted_intervals as wanted
+from rodatlas.continuation.discrete.newton import Condition, NewtonOptions, NewtonResult, fixed, newton, plane
+from rodatlas.continuation.results.branch import EndReason
+
+PASSES = 24  # meshes at one state: 6 doublings lead from the fewest intervals to the most, then the places settle
+STALLED = 0.7  # of the smallest error so far: a mesh that may not grow and brings no less is no progress
+PATIENCE = 3  # meshes without progress: places that were found from a state that oscillates need several moves
+
+Hold = Callable[[Frame], Condition]
+"""The condition that singles out a point of the branch, on the mesh of a frame."""
+
+
+@dataclass(frozen=True)
+class Settled:
+    """A frame with its estimated error, the Newton iterations spent, and why the tolerance is missed (else None)."""
+
+    frame: Frame
+    spent: int
+    missed: EndReason | None
+
+
+def across(frame: Frame) -> Condition:
+    """The state stays in the plane through it across the tangent: regular at folds, but the parameter may change."""
+    return plane(frame.colloc, frame.tangent, frame.x)
+
+
+def at_value(name: str, value: float) -> Hold:
+    """A free parameter or observable keeps a value."""
+    return lambda frame: fixed(name, value)(frame.colloc)
+
+
+def at_own_parameter(frame: Frame) -> Hold:
+    """The continuation parameter keeps its value."""
+    index = int(frame.colloc.free[0])
+    return at_value(frame.colloc.bvp.parameter_names[index], float(frame.colloc.parameters(frame.x)[index]))
+
+
+def settled(frame: Frame, options: TraceOptions, holds: Sequence[Hold], anywhere: bool = False) -> Settled:
+    """Adapt the mesh at one point until its size and error have settled.
+
+    Parameters
+    ----------
+    holds : tried in turn on each mesh: the first one under which Newton converges corrects the state.
+    anywhere : accept a state further away, or beyond a fold, and fall back to a damped iteration.
+    """
+    control, best, spent, stalls = options.mesh, frame, 0, 0
+    estimate, least = ErrorEstimate(float("nan"), float("nan")), np.inf
+    for _ in range(PASSES):
+        before = len(frame.colloc.step)
+        if not control.is_fixed_size:
+            estimate, spent = error_estimate(frame.colloc, frame.x, frame.tangent), spent + 2
+            frame = replace(frame, error=estimate.error)
+        if not estimate.error >= least:
+            best = frame
+        intervals = wanted(control, before, estimate)
+        if intervals <= before and estimate.error > max(control.tolerance, STALLED * least):
+            stalls += 1
+            if stalls > PATIENCE or estimate.is_round_off:
+                break
+        least = min(least, estimate.error)
+        if estimate.jumps and estimate.error <= control.tolerance:
+            break  # elsewhere the jump would lie otherwise in its interval
+        found, more = _on_better_mesh(frame, intervals, options, holds, anywhere)
+        spent += more
+        if found is None:
+            break
+        frame = found
+        if control.is_fixed_size or (estimate.error <= control.tolerance and intervals == before):
+            best = frame  # points that are enough, at better places
+            break
+    return Settled(with_tests(best), spent, _missed(best, estimate, control))
+
+
+def _missed(frame: Frame, estimate: ErrorEstimate, control: MeshControl) -> EndReason | None:
+    """Why the error of a settled frame exceeds what is accepted; None where it does not."""
+    if control.accepts(frame.error):
+        return None
+    if estimate.is_round_off:
+        return EndReason.ROUND_OFF
+    return EndReason.MESH_LIMIT if 2 * len(frame.colloc.step) > control.intervals[1] else EndReason.UNREFINED
+
+
+def _on_better_mesh(
+    frame: Frame, intervals: int, options: TraceOptions, holds: Sequence[Hold], anywhere: bool
+) -> tuple[Frame | None, int]:
+    """The state corrected on a mesh of better places or, where that fails and more are needed, on a finer one."""
+    colloc, control, spent = frame.colloc, options.mesh, 0
+    meshes = [equidistribute(colloc.mesh, monitor(colloc, frame.x), intervals)]
+    if not (control.is_fixed_size or frame.error <= control.tolerance):
+        meshes += [refined_within(frame, control.intervals[1])]
+    for i, mesh in enumerate(meshes):
+        if len(mesh) - 1 > control.intervals[1] or (i > 0 and len(mesh) == len(colloc.mesh)):
+            continue
+        moved = frame.on_mesh(mesh if colloc.within is None else colloc.within.mesh(mesh))
+        found, more = corrected(moved, options.newton, holds, anywhere, damped=anywhere and i > 0)
+        spent += more
+        if found is not None:
+            shrunk = max(1.0, len(colloc.step) / len(moved.colloc.step)) ** (2 * colloc.scheme.points)
+            return replace(found, error=frame.error * shrunk), spent
+    return None, spent
+
+
+def refined_within(frame: Frame, most: int) -> np.ndarray:
+    """All intervals halved or, where that makes too many, those in which the mesh wants most points."""
+    mesh = frame.colloc.mesh
+    room = most - (len(mesh) - 1)
+    if room >= len(mesh) - 1:
+        return halved(mesh)
+    worst = np.argsort(-monitor(frame.colloc, frame.x) * np.diff(mesh), kind="stable")[: max(0, room)]
+    return np.sort(np.concatenate([mesh, (mesh[worst] + mesh[worst + 1]) / 2]))
+
+
+def corrected(
+    moved: Frame, options: NewtonOptions, holds: Sequence[Hold], anywhere: bool = False, damped: bool = False
+) -> tuple[Frame | None, int]:
+    """Newton on a new mesh; what turns the tangent round, as a correction across a fold does, is refused."""
+    spent = 0
+    for solver in (newton, damped_newton) if damped else (newton,):
+        for hold in holds:
+            condition = hold(moved)
+            result: NewtonResult = solver(moved.colloc, moved.x, [condition], options)
+            spent += len(result.corrections)
+            if result.converged and result.factorization is not None:
+                row = condition(result.state)[1]
+                v = result.factorization.solve(moved.colloc.right_hand_side(None, [row], [1.0]))
+                v = moved.colloc.kept_symmetric(v)
+                size = moved.colloc.norm(v)
+                if not (np.isfinite(size) and size > 0):
+                    continue
+                tangent = scaled(v, float(np.copysign(1.0, moved.colloc.inner(v, moved.tangent))) / size)
+                if anywhere or tangent.scalars[0] * moved.fold_test >= 0:
+                    return replace(moved, x=result.state, tangent=tangent), spent
+    return None, spent

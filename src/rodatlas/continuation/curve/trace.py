@@ -1,0 +1,168 @@
+"""The public verbs: solve at fixed parameters, trace a branch."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from rodatlas.continuation.checks import check_each, check_type
+from rodatlas.continuation.curve.join import Guard, Half, joined
+from rodatlas.continuation.curve.options import TraceOptions
+from rodatlas.continuation.curve.point import Frame
+from rodatlas.continuation.curve.resolve import resolved
+from rodatlas.continuation.curve.retrace import rechecked
+from rodatlas.continuation.curve.start import NotConverged, check_belongs, first_state
+from rodatlas.continuation.curve.walker import Walker
+from rodatlas.continuation.discrete.collocation import Scale
+from rodatlas.continuation.discrete.solution import Solution
+from rodatlas.continuation.problem.bvp import BVP
+from rodatlas.continuation.results.branch import Branch, EndReason
+
+
+def solve(
+    bvp: BVP, guess: Solution, free: Sequence[str] | None = None, options: TraceOptions | None = None
+) -> Solution:
+    """Correct a guess at its own parameter values, on a mesh that meets the tolerance.
+
+    Parameters
+    ----------
+    guess : Solution
+        its parameters are kept, except those that the conditions determine.
+    free : names of bvp.n_free parameters; the first is held, the others are solved for. With one free parameter
+        the choice does not matter and may be left out. A problem without parameters is solved too.
+
+    Raises
+    ------
+    NotConverged
+        with a sentence that says what to change.
+    ValueError
+        when the guess belongs to another problem or holds NaN.
+    """
+    check_type("bvp", bvp, BVP, "a BVP")
+    check_type("guess", guess, Solution, "a Solution")
+    options = options or TraceOptions()
+    if not bvp.parameters:
+        return _solved_without_parameters(bvp, guess, options)
+    free = free or (bvp.parameter_names[:1] if bvp.n_free == 1 else ())
+    frame = first_state(bvp, guess, free, options)
+    return frame.colloc.solution(frame.x, frame.error)
+
+
+def _solved_without_parameters(bvp: BVP, guess: Solution, options: TraceOptions) -> Solution:
+    """Solve with a parameter that has no effect, which is held as the continuation parameter."""
+    name = "held_parameter"
+    check_belongs(bvp, "start", guess)
+
+    def bare(solution: Solution) -> Solution:
+        return replace(solution, parameter_names=(), parameters=np.zeros(0))
+
+    given = replace(guess, parameter_names=(name,), parameters=np.zeros(1))
+    try:
+        return bare(solve(bvp.with_parameter(name), given, (name,), options))
+    except NotConverged as error:
+        found = error.solution and bare(error.solution)
+        raise NotConverged(error.code, f"start of the run at {guess!r}", found) from None
+
+
+def trace(
+    bvp: BVP,
+    start: Solution,
+    free: Sequence[str],
+    options: TraceOptions | None = None,
+    *,
+    both: bool = True,
+    direction: float = 1.0,
+    scale: Scale | None = None,
+) -> Branch:
+    """Follow the branch through `start`.
+
+    Parameters
+    ----------
+    start : Solution
+        of the problem, or a guess. At a branch point the branch along which the parameter changes most is followed.
+    free : names of the free parameters (bvp.n_free of them), the continuation parameter first.
+    both : follow both directions (default), else only the one in which the parameter changes as `direction`.
+    scale : units of the arclength norm; by default those of the problem and the start.
+
+    Raises
+    ------
+    NotConverged
+        when the start is not a solution and Newton cannot make it one.
+    ValueError
+        when the start belongs to another problem, holds NaN, or lies outside the bounds and the run leads away from
+        them.
+
+    Notes
+    -----
+    Nothing computed is lost when the run is interrupted (Ctrl-C), or when a function of the options or anything else
+    raises: the exception has an attribute `branch`, which holds the part computed so far and ends with
+    EndReason.INTERRUPTED.
+
+    >>> try:
+    ...     branch = trace(bvp, start, ("lam",), options)
+    ... except KeyboardInterrupt as stopped:
+    ...     branch = stopped.branch
+    """
+    check_type("bvp", bvp, BVP, "a BVP")
+    check_type("start", start, Solution, "a Solution")
+    check_each("free", free, str, "names of parameters such as ('lam',)")
+    check_type("options", options, (TraceOptions, type(None)), "TraceOptions")
+    options = options or TraceOptions()
+    options.check_names(bvp, free)
+    frame = first_state(bvp, start, free, options, scale)
+    values = _watched_values(frame, options)
+    if frame.fold_test * direction < 0:
+        frame = frame.reversed()
+    branch = follow(frame, options, both)
+    left_at_once = len(branch) == 1 and EndReason.RANGE in branch.ends
+    for name, (low, high) in options.bounds.items() if left_at_once else ():
+        if not low - 1e-9 * max(1.0, abs(low)) <= values[name] <= high + 1e-9 * max(1.0, abs(high)):
+            raise ValueError(
+                f"bounds: expected {low:g} <= {name} <= {high:g} at the start or on the way, got {name} = "
+                f"{values[name]:g} and a run that leads away from there"
+            )
+    return branch
+
+
+def _watched_values(frame: Frame, options: TraceOptions) -> dict[str, float]:
+    """What bounds and zeros refer to; a NaN would be neither inside nor outside."""
+    values = {name: frame.colloc.observable_row(name, frame.x)[0] for name in (*options.bounds, *options.zeros)}
+    for name, value in values.items():
+        if not np.isfinite(value):
+            raise ValueError(f"bounds, zeros: expected a finite value of '{name}' at the start, got {value}")
+    return values
+
+
+def follow(
+    frame: Frame, options: TraceOptions, both: bool = True, start: EndReason = EndReason.START, arclength: float = 0.0
+) -> Branch:
+    """Walk from a frame, in its direction and (if `both`) in the other one.
+
+    Parameters
+    ----------
+    start : reason of the first end when only one direction is followed.
+    arclength : of the frame.
+
+    Raises
+    ------
+    BaseException
+        what interrupted the run, with the part computed so far in its attribute `branch`, see :func:`trace`.
+    """
+    check_type("frame", frame, Frame, "a frame: see `trace` for runs from a Solution")
+    check_type("options", options, TraceOptions, "TraceOptions")
+    guard = Guard()
+    watched = guard.options(options)
+    forward, backward = Half(Walker(frame, watched, arclength)), None
+    try:
+        forward.walk(guard, options)
+        if both and forward.end is not EndReason.CLOSED:
+            backward = Half(Walker(frame.reversed(), watched, -arclength))
+            backward.walk(guard, options)
+    except BaseException as error:
+        error.branch = joined(frame, options, forward, backward, EndReason.INTERRUPTED if both else start)  # type: ignore[attr-defined]
+        raise
+    if both and backward is None:
+        start = EndReason.CLOSED
+    return resolved(rechecked(joined(frame, options, forward, backward, start), frame, options), frame, options)

@@ -1,0 +1,366 @@
+"""Pseudo-arclength continuation as an iterator over the points of one branch, in one direction."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+from itertools import pairwise
+
+import numpy as np
+
+from rodatlas.continuation.curve.events import (
+    Located,
+    Segment,
+    explains,
+    locate_events,
+    may_be_singular_twice,
+    unresolved,
+)
+from rodatlas.continuation.curve.modes import adapted, measured_at, with_resolved_mode
+from rodatlas.continuation.curve.multiple_events import told_apart
+from rodatlas.continuation.curve.options import TraceOptions
+from rodatlas.continuation.curve.point import Frame
+from rodatlas.continuation.curve.settle import across, settled
+from rodatlas.continuation.discrete.collocation import Scale, add, arc_length, arc_over_sine
+from rodatlas.continuation.discrete.mesh import ACCEPTED
+from rodatlas.continuation.discrete.newton import NewtonCode, fixed, newton, plane
+from rodatlas.continuation.results.branch import EndReason, Point, SpecialPoint
+from rodatlas.continuation.results.verification import NEARLY_SINGULAR, ROUND_OFF, UNRESOLVED_MODE, Discrepancy
+from rodatlas.continuation.symmetric.isotropy import with_symmetry
+
+
+@dataclass(frozen=True)
+class Step:
+    """What one step of a walker yields: the special points passed, then the point reached."""
+
+    point: Point
+    special: tuple[SpecialPoint, ...] = ()
+    discrepancy: Discrepancy | None = None
+    repeated: bool = False
+
+
+@dataclass(frozen=True)
+class Doubt:
+    """Arclengths between two estimates of the error, of which the second is more than accepted."""
+
+    low: float
+    high: float
+    error: float
+
+
+@dataclass(frozen=True)
+class _Trial:
+    """A corrected step: the frame reached, its distance, Newton's work, and whether it lies on a bound."""
+
+    frame: Frame
+    length: float
+    iterations: int
+    first_correction: float
+    at_bound: bool
+
+
+class Walker:
+    """Follows a branch from a frame; iterate over it, then read `end`, `failure`, `doubts` and `unseen` (points and
+    intervals that the mesh did not resolve) and `newton_iterations`.
+
+    Iteration may be broken off and taken up again; `last` is the point reached.
+
+    Parameters
+    ----------
+    frame : Frame
+        start, see :func:`rodatlas.continuation.curve.point.first_frame`.
+    options : TraceOptions
+    arclength : float
+        of the start.
+    """
+
+    def __init__(self, frame: Frame, options: TraceOptions, arclength: float = 0.0):
+        self.options = options
+        self.start = frame
+        self.frame = frame
+        self.end: EndReason | None = None
+        self.failure: NewtonCode | None = None
+        self.newton_iterations = 0
+        self._first = self._point(frame, arclength, 0, 0.0)
+        self.last = self._first
+        self._step = options.step.initial
+        self._folds = 0
+        self._count = 0
+        self._early: set[str] = set()
+        self._passed: SpecialPoint | None = None
+        self.doubts: list[Doubt] = []
+        self.unseen: list[Discrepancy] = []
+        self._window = [self._first]  # points since the mesh was looked at
+
+    @property
+    def scale(self) -> Scale:
+        return self.start.colloc.scale
+
+    def first_point(self) -> Point:
+        """The start itself as a point."""
+        return self._first
+
+    def __iter__(self) -> Iterator[Step]:
+        yield from self._walk()
+        self._measure_end()
+
+    def _walk(self) -> Iterator[Step]:
+        while self.end is None:
+            if self._count and self._count % self.options.mesh.every == 0:
+                self._adapt()
+            step = self._advance() if self.end is None else None
+            if step is None:
+                return
+            self.last = step.point
+            self._window.append(step.point)
+            self._count += 1
+            if self.end is None and self._count >= self.options.max_points:
+                self.end = EndReason.POINT_LIMIT
+            if self.options.on_point is not None:
+                self.options.on_point(self.last)
+            yield step
+
+    # -- one step -------------------------------------------------------------------------------------------------
+
+    def _advance(self) -> Step | None:
+        """Take a step that Newton, the tangent and the bookkeeping accept; None when there is none."""
+        control = self.options.step
+        step = tried = self._step
+        finest, first, close = 64 * control.minimum, 0.0, False
+        while step >= control.minimum:
+            trial = self._correct(step)
+            if self.end is not None:
+                return None
+            if trial is not None:
+                segment = Segment(self.frame, trial.frame, trial.length, self.last.arclength)
+                events, known = locate_events(segment, self.options), False
+                self.newton_iterations += sum(e.iterations for e in events)
+                first = first or step  # the longest one that could be corrected
+                if close or step in (first, first / 8) or step <= finest:
+                    keep_off = step > max(finest, first / 10) and not trial.at_bound
+                    verdict = told_apart(segment, events, self.options, self._passed, keep_off)
+                    events, known, close = verdict.events, verdict.known, verdict.close
+                point = self._point(trial.frame, self.last.arclength + trial.length, trial.iterations, trial.length)
+                discrepancy = self._unexplained(segment, point, events)
+                doubtful = close or discrepancy or unresolved(segment, events, self.options, tried, known)
+                if not doubtful or step <= finest:
+                    if doubtful and discrepancy is None and not known and self._nearly_singular(segment, events):
+                        discrepancy = self._record(point, (), NEARLY_SINGULAR)
+                    if any(e.is_round_off for e in events):
+                        events = [e for e in events if not e.is_round_off]
+                        discrepancy = self._record(point, tuple(e.special.kind for e in events if e.flips), ROUND_OFF)
+                    self._step = control.next_step(step, trial.first_correction, trial.iterations)
+                    accepted = self._accept(segment, point, events, discrepancy, trial.at_bound)
+                    return replace(accepted, repeated=step < first)
+            step *= 0.5
+        self.end = EndReason.MIN_STEP
+        return None
+
+    def _correct(self, step: float) -> _Trial | None:
+        """Predict and correct; None to try a smaller step (or, when `end` is set, to stop here)."""
+        control, here = self.options.step, self.frame
+        guess = here.predict(step)
+        result = newton(here.colloc, guess, [plane(here.colloc, here.tangent, guess)], self.options.newton)
+        self.newton_iterations += len(result.corrections)
+        if not result.converged or result.factorization is None:
+            self.failure = result.code
+            return None
+        self.failure = None  # what follows is refused by step control
+        if sum(result.corrections) > control.max_correction * step:
+            return None
+        frame = here.reached(result.state, result.factorization, step)
+        cosine = here.colloc.inner(frame.tangent, here.tangent)
+        if cosine < control.min_cosine:
+            return None
+        # the length of a circular arc with the same projection on the tangent
+        length = here.colloc.inner(here.tangent, add(result.state, (-1.0, here.x))) * arc_over_sine(cosine)
+        frame = replace(frame, previous_step=length)
+        iterations, first = len(result.corrections), result.corrections[0]
+        if not self._is_defined(frame):
+            self.failure = NewtonCode.NOT_FINITE
+            return None
+        crossed = self._crossed_bounds(frame)
+        if not crossed:
+            return _Trial(frame, length, iterations, first, False)
+        if crossed[0][0] <= 0.0:
+            self.end = EndReason.RANGE
+            return None
+        for fraction, name, bound in crossed:
+            landed = self._land(frame, length, fraction, name, bound)
+            if landed is not None and not self._crossed_bounds(landed[0]):
+                return _Trial(*landed, iterations, first, True)
+        return None
+
+    def _is_defined(self, frame: Frame) -> bool:
+        """Whether bounded and sought observables have values there."""
+        names = dict.fromkeys([*self.options.bounds, *self.options.zeros])
+        return all(np.isfinite(frame.colloc.observable_row(name, frame.x)[0]) for name in names)
+
+    def _crossed_bounds(self, frame: Frame) -> list[tuple[float, str, float]]:
+        """Bounds between the present frame and another: (fraction of the step, name, value), the nearest first.
+
+        The fraction is zero when the present frame already lies on the bound or outside.
+        """
+        crossed = []
+        for name, bounds in self.options.bounds.items():
+            value = frame.colloc.observable_row(name, frame.x)[0]
+            before = frame.colloc.observable_row(name, self.frame.x)[0]
+            for bound, outward in zip(bounds, (-1.0, 1.0), strict=True):
+                tiny = 1e-12 * max(1.0, abs(bound))
+                if outward * (value - bound) > tiny and outward * (value - before) > 0:
+                    inside = outward * (bound - before) > tiny
+                    crossed.append(((bound - before) / (value - before) if inside else 0.0, name, bound))
+        return sorted(crossed)
+
+    def _land(
+        self, frame: Frame, length: float, fraction: float, name: str, bound: float
+    ) -> tuple[Frame, float] | None:
+        """Solve for the point exactly at a bound: its frame and distance."""
+        here, colloc = self.frame, frame.colloc
+        segment = Segment(here, frame, length, 0.0)
+        result = newton(colloc, segment.interpolate(fraction), [fixed(name, bound)(colloc)], self.options.newton)
+        self.newton_iterations += len(result.corrections)
+        if not result.converged:
+            self.failure = result.code
+        if not result.converged or not segment.holds(result.state):
+            return None
+        fac = colloc.factor(colloc.linearize(result.state), [colloc.row(here.tangent)])
+        if fac.sign == 0.0:
+            return None
+        landed = here.reached(result.state, fac, length)
+        chord = colloc.norm(add(result.state, (-1.0, here.x)))
+        length = max(arc_length(chord, colloc.inner(landed.tangent, here.tangent)), 1e-14)
+        return replace(landed, previous_step=length), length
+
+    # -- bookkeeping ----------------------------------------------------------------------------------------------
+
+    def _unexplained(self, segment: Segment, point: Point, events: list[Located]) -> Discrepancy | None:
+        """Each fold or simple branch point changes the index by one (none where the parameter turns at it): compare.
+
+        A branch point of multiplicity d changes it by d at most.
+        """
+        last = self.last
+        if last.index is None or point.index is None:
+            return None
+        if explains(segment, [e for e in events if not e.is_round_off], point.index - last.index):
+            return None
+        return self._record(point, tuple(e.special.kind for e in events if e.flips))
+
+    def _nearly_singular(self, segment: Segment, events: list[Located]) -> bool:
+        """Whether the shortest step still seems to pass an even number of branch points, and none was located."""
+        watched = "branch point" in self.options.locate
+        return watched and may_be_singular_twice(segment) and not any(e.special.kind == "branch point" for e in events)
+
+    def _record(self, point: Point, kinds: tuple[str, ...], reason: str = "") -> Discrepancy:
+        return self._between(self.last, point, kinds, reason)
+
+    def _between(self, one: Point, two: Point, kinds: tuple[str, ...], reason: str) -> Discrepancy:
+        name = one.solution.parameter_names[int(self.frame.colloc.free[0])]
+        return Discrepancy(
+            (one.arclength, two.arclength), (one.index, two.index), kinds, (one.solution[name], two.solution[name]),
+            reason,
+        )  # fmt: skip
+
+    def _accept(
+        self, segment: Segment, point: Point, events: list[Located], discrepancy: Discrepancy | None, at_bound: bool
+    ) -> Step:
+        closing = None if at_bound else self._closing(segment)
+        if closing is not None:  # what lies beyond the start was found when the walk began
+            events = [e for e in events if e.fraction <= closing and not self._is_first(e, closing)]
+        elif self._count == 0:
+            self._early = {e.special.kind for e in events if e.fraction < 1e-6}
+        bvp, indices = segment.colloc.bvp, (self.last.index, point.index)
+        special = [with_symmetry(bvp, replace(e.special, index=indices)) for e in events]
+        passed = any(item.kind == "branch point" for item in special)
+        before = abs(segment.right.weakness_before) * (-1.0 if passed else 1.0)
+        self.frame = replace(segment.right, weakness_before=before)
+        for i, item in enumerate(special):
+            self._folds += item.kind == "fold"
+            self._passed = item if item.kind == "branch point" else self._passed
+            if self.options.stop_at is not None and self.options.stop_at(item, point):
+                self.end = EndReason.BRANCH_POINT if item.kind == "branch point" else EndReason.STOPPED
+            elif self.options.max_folds is not None and self._folds > self.options.max_folds:
+                self.end = EndReason.FOLD_LIMIT
+            if self.end is not None:  # what lies beyond is not part of the branch
+                met = replace(item, index=(self.last.index, None))
+                return Step(self._stop_on(item), (*special[:i], met))
+        if at_bound:
+            self.end = EndReason.RANGE
+        elif closing is not None:
+            self.end = EndReason.CLOSED
+            length = closing * segment.step
+            point = replace(self._first, arclength=segment.start + length, iterations=point.iterations, step=length)
+        return Step(point, tuple(special), discrepancy)
+
+    def _is_first(self, event: Located, closing: float) -> bool:
+        """Whether an event on the segment that closes the branch is one that was found right at its start."""
+        return event.special.kind in self._early and closing - event.fraction < 1e-6
+
+    def _stop_on(self, special: SpecialPoint) -> Point:
+        """The special point as last point of the branch."""
+        return replace(
+            self.last, solution=special.solution, arclength=special.arclength, fold_test=0.0, branch_test=0.0,
+            iterations=0, step=special.arclength - self.last.arclength,
+        )  # fmt: skip
+
+    def _closing(self, segment: Segment) -> float | None:
+        """Fraction of the segment at which it passes the start again, in the same direction; else None.
+
+        A near miss is not enough: the branch is corrected in the plane through the start and has to meet it.
+        """
+        start, here, colloc = self.start, segment.left, segment.colloc
+        if self._count < 3 or np.abs(start.x.scalars - here.x.scalars).max() > 2 * segment.step:
+            return None
+        if np.abs(start.x.mesh[[0, -1]] - here.x.mesh[[0, -1]]).max() > 20 * segment.step:
+            return None
+        x0 = start.colloc.interpolate(start.x, colloc)
+        t0 = start.colloc.interpolate(start.tangent, colloc)
+        fraction, off = segment.position(x0)
+        if not 0.0 < fraction <= 1.0 or off > 0.05 or colloc.inner(t0, segment.direction(fraction)) < 0.95:
+            return None
+        met = newton(colloc, segment.interpolate(fraction), [plane(colloc, t0, x0)], self.options.newton)
+        self.newton_iterations += len(met.corrections)
+        missed = colloc.norm(add(met.state, (-1.0, x0)))
+        return fraction if met.converged and missed < 1e-3 * segment.step + 100 * self.options.mesh.tolerance else None
+
+    def _point(self, frame: Frame, arclength: float, iterations: int, step: float) -> Point:
+        solution = frame.colloc.solution(frame.x, frame.error)
+        index = self.options.index(solution) if self.options.index is not None else None
+        return Point(
+            solution, arclength, frame.tangent.scalars.copy(), frame.fold_test, frame.branch_test[0], index, iterations,
+            step, abs(frame.weakness),
+        )  # fmt: skip
+
+    def _adapt(self) -> None:
+        """Let the mesh follow; where the error is more than a step may correct, or than is accepted, settle it here."""
+        control, here = self.options.mesh, self.frame
+        found = adapted(here, self.options, first=self._count == self.options.mesh.every)
+        self.newton_iterations += found.spent
+        self._measured(found.error, found.resolved)
+        self.frame = found.frame
+        step_error = 0.1 * self.options.step.max_correction * self._step  # with more no step would be accepted
+        if self.frame.error > min(step_error, ACCEPTED * control.tolerance):
+            better = settled(here, self.options, (across,))
+            self.newton_iterations += better.spent
+            sign, log_det = better.frame.branch_test
+            self.frame = replace(better.frame, branch_test=(here.branch_test[0] or sign, log_det))
+            if here.with_mode or not found.resolved:
+                self.frame, spent = with_resolved_mode(self.frame, self.options)
+                self.newton_iterations += spent
+            if better.missed in (EndReason.MESH_LIMIT, EndReason.UNREFINED):
+                self.end = better.missed
+
+    def _measure_end(self) -> None:
+        """Look at the last point too, for the mesh has followed since the last adaptation only so far."""
+        if self._count % self.options.mesh.every and not self.options.mesh.is_fixed_size:
+            error, resolved = measured_at(self.frame)
+            self.newton_iterations += 2
+            self._measured(error, resolved)
+
+    def _measured(self, error: float, resolved: bool) -> None:
+        """Keep in mind where points or test functions may be wrong: since they were looked at last."""
+        if not self.options.mesh.accepts(error):
+            self.doubts.append(Doubt(self._window[0].arclength, self.last.arclength, error))
+        if not resolved and "branch point" in self.options.locate:
+            self.unseen += [self._between(a, b, (), UNRESOLVED_MODE) for a, b in pairwise(self._window)]
+        self._window = [self.last]

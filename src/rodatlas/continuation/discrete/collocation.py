@@ -1,0 +1,408 @@
+"""The discrete problem: residual, bordered matrix and second derivatives of Gauss collocation on one mesh.
+
+All vectors here are in scaled variables: unknown a is measured in units of `scale.unknowns[a]`, parameter b in
+units of `scale.parameters[b]`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from typing import Any, Protocol
+
+import numpy as np
+
+from rodatlas.continuation.discrete.solution import Interpolation, Solution, stage_points
+from rodatlas.continuation.linear.gauss import gauss_scheme
+from rodatlas.continuation.linear.matrix import Blocks, BorderedMatrix, Columns, Factorization, factor
+from rodatlas.continuation.problem.bvp import BVP
+from rodatlas.continuation.problem.evaluator import Evaluator
+
+
+class Projection(Protocol):
+    """Projection of states, and of tangents and corrections, on a subspace that Newton's method keeps to.
+
+    `mesh` makes a mesh symmetric, as the subspace may need it.
+    """
+
+    def mesh(self, mesh: np.ndarray) -> np.ndarray: ...
+
+    def state(self, x: Columns) -> Columns: ...
+
+    def __call__(self, v: Columns) -> Columns: ...
+
+
+@dataclass(frozen=True)
+class Scale:
+    """Units of the unknowns (n,) and of all parameters (np,): they define the arclength norm."""
+
+    unknowns: np.ndarray
+    parameters: np.ndarray
+
+    @classmethod
+    def of(cls, bvp: BVP, solution: Solution) -> Scale:
+        """The problem's declared scales; else max(1, largest value in the solution); parameters: one."""
+        largest = np.maximum(1.0, np.abs(solution.stages).max(axis=(0, 1)))
+        unknowns = [bvp.scales.get(name, largest[i]) for i, name in enumerate(bvp.unknowns)]
+        return cls(np.array(unknowns, float), np.array([bvp.scales.get(name, 1.0) for name in bvp.parameters], float))
+
+
+@dataclass(frozen=True)
+class Row:
+    """One more condition, linearised: weights on stages (or None), on both ends (or None) and on the scalars."""
+
+    scalars: np.ndarray
+    stage: np.ndarray | None = None
+    ends: tuple[np.ndarray, np.ndarray] | None = None
+
+    def dot(self, x: Columns) -> float:
+        total = float(self.scalars @ x.scalars[: len(self.scalars)])
+        if self.stage is not None:
+            total += float(np.vdot(self.stage, x.stage))
+        if self.ends is not None:
+            total += float(self.ends[0] @ x.mesh[0] + self.ends[1] @ x.mesh[-1])
+        return total
+
+
+@dataclass(frozen=True)
+class Linearization:
+    """Residual and derivative blocks at one state; :meth:`Collocation.factor` borders and factors them."""
+
+    residual: Blocks
+    jac: np.ndarray
+    stage_scal: np.ndarray
+    b_left: np.ndarray
+    b_right: np.ndarray
+    b_scal: np.ndarray
+    dense: np.ndarray
+    dense_scal: np.ndarray
+
+    @property
+    def is_finite(self) -> bool:
+        """Whether no residual or derivative is NaN or infinite (a sum is, when one of its terms is)."""
+        r = self.residual
+        parts = (r.stage, r.chain, r.ends, r.dense, self.jac, self.stage_scal, self.b_left, self.b_right, self.b_scal,
+                 self.dense, self.dense_scal)  # fmt: skip
+        return bool(np.isfinite(sum(float(part.sum()) for part in parts)))
+
+    def with_scalars(self, keep: Sequence[int]) -> Linearization:
+        """The same with the columns of some free parameters only."""
+        index = np.array(keep, dtype=np.int64)
+        return replace(
+            self, stage_scal=self.stage_scal[:, :, index], b_scal=self.b_scal[:, index],
+            dense_scal=self.dense_scal[:, index],
+        )  # fmt: skip
+
+    def column(self, scalar: int) -> Blocks:
+        """Derivative of the equations with respect to one free parameter."""
+        stage = self.stage_scal[:, :, scalar].reshape(self.residual.stage.shape)
+        return Blocks(stage, np.zeros_like(self.residual.chain), self.b_scal[:, scalar], self.dense_scal[:, scalar])
+
+
+class Collocation:
+    """Gauss collocation of `bvp` on one mesh, with some parameters free.
+
+    Parameters
+    ----------
+    bvp : BVP
+    mesh : (N+1,)
+    points : Gauss points per interval
+    base : (np,) values of all parameters; the free ones are overridden by the state
+    free : indices of the free parameters, the first one being the continuation parameter
+    scale : Scale
+    within : subspace of symmetric states in which Newton's method stays, see
+        :mod:`rodatlas.continuation.symmetric.isotropy`
+    """
+
+    def __init__(
+        self, bvp: BVP, mesh: np.ndarray, points: int, base: np.ndarray, free: Sequence[int], scale: Scale,
+        backend: str | None = None, within: Projection | None = None,
+    ):  # fmt: skip
+        self.bvp, self.mesh, self.scheme, self.scale = bvp, mesh, gauss_scheme(points), scale
+        self.base, self.free, self.backend = base.copy(), np.array(free, dtype=np.int64), backend
+        self.within = within
+        self.step = np.diff(mesh)
+        self.count = len(self.step) * points
+        self.gauss = stage_points(mesh, points)
+        self._su, self._sp = scale.unknowns, scale.parameters[self.free]
+        sp = bvp.sparsity
+        self._jac_scale = self._su[sp.cols] / self._su[sp.rows]
+        self._quadrature = (self.step[:, None] * self.scheme.weights)[:, :, None]
+        self._field = Evaluator(bvp.traced.field, self.count)
+        self._ends = Evaluator(bvp.traced.ends, 1)
+        self._has_densities = bvp.traced.densities.numel_out(0) > 0
+        if self._has_densities:
+            self._densities = Evaluator(bvp.traced.densities, self.count)
+        self._kept: dict[str, Any] = {}
+
+    @classmethod
+    def at(
+        cls, bvp: BVP, solution: Solution, free: Sequence[int], scale: Scale | None = None, backend: str | None = None
+    ) -> Collocation:
+        """On the mesh of a solution, at its parameters, in its scales if none are given."""
+        scale = scale or Scale.of(bvp, solution)
+        return cls(bvp, solution.mesh, solution.points, solution.parameters, free, scale, backend)
+
+    def on(self, mesh: np.ndarray) -> Collocation:
+        """The same discretisation on another mesh."""
+        return Collocation(
+            self.bvp, mesh, self.scheme.points, self.base, list(self.free), self.scale, self.backend, self.within
+        )  # fmt: skip
+
+    def kept(self, key: str, make: Callable[[], Any]) -> Any:
+        """Something that belongs to this discretisation, made when it is first asked for."""
+        if key not in self._kept:
+            self._kept[key] = make()
+        return self._kept[key]
+
+    # -- states ---------------------------------------------------------------------------------------------------
+
+    def state(self, solution: Solution) -> Columns:
+        """Scaled state of a solution, interpolated when its mesh is another one."""
+        if not np.array_equal(solution.mesh, self.mesh) or solution.points != self.scheme.points:
+            solution = solution.remesh(self.mesh, self.scheme.points)
+        return Columns(
+            solution.stages / self._su, solution.values / self._su, solution.parameters[self.free] / self._sp
+        )
+
+    def parameters(self, x: Columns) -> np.ndarray:
+        p = self.base.copy()
+        p[self.free] = x.scalars[: len(self.free)] * self._sp
+        return p
+
+    def solution(self, x: Columns, error: float = float("nan")) -> Solution:
+        p = self.parameters(x)
+        bare = Solution(
+            self.bvp.unknowns, self.bvp.parameter_names, self.mesh, x.mesh * self._su, x.stage * self._su, p, error
+        )
+        return replace(bare, observables=self.observables(x))
+
+    def observables(self, x: Columns) -> dict[str, float]:
+        """Values of the problem's observables."""
+        slots = self.bvp.observable_slots()
+        ends = self._ends(x.mesh[[0, -1]] * self._su, self.parameters(x))[0][0] if slots else None
+        dens = self._integrand(x)[0] if slots and self._has_densities else None
+        weights = self._quadrature.reshape(-1)
+        out = {}
+        for name, (kind, i) in slots.items():
+            value = ends[i] if kind == "end" else weights @ dens[:, i]  # type: ignore[index]
+            out[name] = float(value)
+        return out
+
+    def carrier(self, other: Collocation) -> Callable[[Columns], Columns]:
+        """Function that interpolates states or tangents of this mesh on the mesh of another one (scales equal)."""
+        at = Interpolation(self.mesh, self.scheme.points, np.concatenate([other.gauss.ravel(), other.mesh]))
+        shape, count = (*other.gauss.shape, len(self._su)), other.gauss.size
+
+        def carry(x: Columns) -> Columns:
+            values = at(x.mesh, x.stage)
+            return Columns(values[:count].reshape(shape), values[count:], x.scalars.copy())
+
+        return carry
+
+    def interpolate(self, x: Columns, other: Collocation) -> Columns:
+        """One state or tangent on the mesh of another discretisation."""
+        return self.carrier(other)(x)
+
+    def kept_symmetric(self, v: Columns) -> Columns:
+        """The part of a correction or tangent that stays in the subspace `within`; all of it when there is none."""
+        return v if self.within is None else self.within(v)
+
+    def row(self, v: Columns) -> Row:
+        """The functional <v, .> of the mesh-independent inner product."""
+        return Row(v.scalars.copy(), self._quadrature * v.stage)
+
+    def inner(self, v: Columns, w: Columns) -> float:
+        r"""Inner product :math:`\int v \cdot w\,ds + \sum v_p w_p` in scaled variables."""
+        return float(np.vdot(self._quadrature * v.stage, w.stage) + v.scalars @ w.scalars)
+
+    def norm(self, v: Columns) -> float:
+        return float(np.sqrt(self.inner(v, v)))
+
+    # -- first derivatives ----------------------------------------------------------------------------------------
+
+    def linearize(self, x: Columns) -> Linearization:
+        """Residual and derivatives at the state x (only its first len(free) scalars are used)."""
+        n_int, m, n = x.stage.shape
+        k = len(self.free)
+        p = self.parameters(x)
+        f, jac, f_p = self._field(self.gauss, x.stage * self._su, p)
+        stage = np.matmul(self.scheme.d, x.stage) + self.scheme.d0[:, None] * x.mesh[:-1, None, :]
+        stage -= self.step[:, None, None] * (f.reshape(n_int, m, n) / self._su)
+        chain = x.mesh[1:] - self.scheme.c_left * x.mesh[:-1]
+        chain -= np.einsum("i,jia->ja", self.scheme.c_stage, x.stage)
+        f_p = f_p.reshape(self.count, -1, n)[:, self.free, :].transpose(0, 2, 1)
+        weight = np.repeat(-self.step, m)[:, None, None]
+        stage_scal = np.ascontiguousarray(f_p * (weight * self._sp) / self._su[:, None])
+        q = self.bvp.n_boundary
+        b, b_u, b_p = self._ends(x.mesh[[0, -1]] * self._su, p)
+        b_u = b_u.reshape(2, n, -1) * self._su[None, :, None]
+        residual = Blocks(stage, chain, b[0, :q].copy(), np.zeros(self.bvp.n_integral))
+        dense = np.zeros((self.bvp.n_integral, n_int, m, n))
+        dense_scal = np.zeros((self.bvp.n_integral, k))
+        if self.bvp.n_integral:
+            densities, g_u, g_p = self._integrand(x)
+            w = self._quadrature.reshape(-1)
+            for i in range(self.bvp.n_integral):
+                residual.dense[i] = w @ densities[:, i]
+                dense[i] = (w[:, None] * g_u[:, :, i] * self._su).reshape(n_int, m, n)
+                dense_scal[i] = (w @ g_p[:, :, i])[self.free] * self._sp
+        return Linearization(
+            residual, jac * self._jac_scale, stage_scal,
+            np.ascontiguousarray(b_u[0, :, :q].T), np.ascontiguousarray(b_u[1, :, :q].T),
+            b_p.reshape(-1, b.shape[1])[self.free, :q].T * self._sp, dense, dense_scal,
+        )  # fmt: skip
+
+    def _integrand(self, x: Columns) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Densities (count, ng), their derivatives (count, n, ng) and (count, np, ng)."""
+        n = x.stage.shape[2]
+        g, g_u, g_p = self._densities(self.gauss, x.stage * self._su, self.parameters(x))
+        return g.copy(), g_u.reshape(self.count, n, -1), g_p.reshape(self.count, -1, g.shape[1])
+
+    def observable_row(self, name: str, x: Columns) -> tuple[float, Row]:
+        """Value of an observable (or parameter) and its gradient as a row."""
+        k = len(self.free)
+        if name in self.bvp.parameters:
+            i = int(np.flatnonzero(self.free == self.bvp.parameter_index(name))[0])
+            return float(self.parameters(x)[self.free[i]]), Row(np.eye(k)[i] * self._sp[i])
+        kind, i = self.bvp.observable_slots()[name]
+        if kind == "end":
+            b, b_u, b_p = self._ends(x.mesh[[0, -1]] * self._su, self.parameters(x))
+            left, right = b_u.reshape(2, len(self._su), -1)[:, :, i] * self._su
+            scal = b_p.reshape(-1, b.shape[1])[self.free, i] * self._sp
+            return float(b[0, i]), Row(scal, ends=(left, right))
+        g, g_u, g_p = self._integrand(x)
+        w = self._quadrature.reshape(-1)
+        stage = (w[:, None] * g_u[:, :, i] * self._su).reshape(x.stage.shape)
+        return float(w @ g[:, i]), Row((w @ g_p[:, :, i])[self.free] * self._sp, stage)
+
+    def factor(self, lin: Linearization, rows: Sequence[Row] = (), columns: Sequence[Blocks] = ()) -> Factorization:
+        """Factor the derivative bordered by rows (end rows first, then dense ones) and artificial columns."""
+        k, extra = lin.stage_scal.shape[2], len(columns)
+        end_rows = [r for r in rows if r.stage is None]
+        dense_rows = [r for r in rows if r.stage is not None]
+        n = len(self._su)
+        zero = (np.zeros(n), np.zeros(n))
+        pad = np.zeros(extra)
+        stage_scal, b_scal, dense_scal = lin.stage_scal, lin.b_scal, lin.dense_scal
+        if extra:
+            stage_scal = np.concatenate([stage_scal, *[c.stage.reshape(self.count, n, 1) for c in columns]], axis=2)
+            b_scal = np.concatenate([b_scal, *[c.ends[:, None] for c in columns]], axis=1)
+            dense_scal = np.concatenate([dense_scal, *[c.dense[:, None] for c in columns]], axis=1)
+        ends = [r.ends or zero for r in end_rows]
+        padded = {id(r): np.concatenate([r.scalars[:k], pad]) for r in rows}
+        matrix = BorderedMatrix(
+            self.scheme, self.bvp.sparsity, self.step, lin.jac, np.ascontiguousarray(stage_scal),
+            np.vstack([lin.b_left, *[e[0] for e in ends]]),
+            np.vstack([lin.b_right, *[e[1] for e in ends]]),
+            np.vstack([b_scal, *[padded[id(r)] for r in end_rows]]),
+            np.concatenate([lin.dense, *[r.stage[None] for r in dense_rows if r.stage is not None]]),
+            np.vstack([dense_scal, *[padded[id(r)] for r in dense_rows]]),
+        )  # fmt: skip
+        return factor(matrix, self.backend)
+
+    def right_hand_side(self, residual: Blocks | None, rows: Sequence[Row], values: Sequence[float]) -> Blocks:
+        """Minus the residual (zero when None), with `values` on the extra rows, in the order of :meth:`factor`."""
+        ends = [v for r, v in zip(rows, values, strict=True) if r.stage is None]
+        dense = [v for r, v in zip(rows, values, strict=True) if r.stage is not None]
+        if residual is None:
+            n_int, m, n = len(self.step), self.scheme.points, len(self._su)
+            residual = Blocks(
+                np.zeros((n_int, m, n)), np.zeros((n_int, n)), np.zeros(self.bvp.n_boundary),
+                np.zeros(self.bvp.n_integral),
+            )  # fmt: skip
+        return Blocks(
+            -residual.stage, -residual.chain, np.concatenate([-residual.ends, ends]),
+            np.concatenate([-residual.dense, dense]),
+        )  # fmt: skip
+
+    # -- second derivatives ---------------------------------------------------------------------------------------
+
+    def second(self, x: Columns, v: Columns, w: Blocks) -> Columns:
+        """Gradient with respect to the state of w^T F'(x) v: what minimally augmented systems need."""
+        t = self.bvp.traced
+        field, ends, densities = self.kept(
+            "second",
+            lambda: (
+                Evaluator(t.field_second, self.count),
+                Evaluator(t.ends_second, 1),
+                Evaluator(t.densities_second, self.count),
+            ),
+        )
+        n_int, m, n = x.stage.shape
+        p = self.parameters(x)
+        vp = np.zeros(len(p))
+        vp[self.free] = v.scalars[: len(self.free)] * self._sp
+        u, vu = x.stage * self._su, v.stage * self._su
+        weight = -self.step[:, None, None] * w.stage / self._su
+        g_u, g_p = field(self.gauss, u, p, vu, vp, weight)
+        stage, scal = g_u.reshape(n_int, m, n) * self._su, g_p.sum(axis=0)
+        ends_weight = np.zeros(self.bvp.traced.ends.numel_out(0))
+        ends_weight[: self.bvp.n_boundary] = w.ends[: self.bvp.n_boundary]
+        e_u, e_p = ends(x.mesh[[0, -1]] * self._su, p, v.mesh[[0, -1]] * self._su, vp, ends_weight)
+        mesh = np.zeros_like(x.mesh)
+        mesh[[0, -1]] = e_u.reshape(2, n) * self._su
+        scal = scal + e_p[0]
+        if self.bvp.n_integral:
+            weight = np.zeros((self.count, self.bvp.traced.densities.numel_out(0)))
+            weight[:, : self.bvp.n_integral] = self._quadrature.reshape(-1, 1) * w.dense[: self.bvp.n_integral]
+            d_u, d_p = densities(self.gauss, u, p, vu, vp, weight)
+            stage = stage + d_u.reshape(n_int, m, n) * self._su
+            scal = scal + d_p.sum(axis=0)
+        return Columns(stage, mesh, scal[self.free] * self._sp)
+
+
+def add(x: Columns, *terms: tuple[float, Columns], keep: int | None = None) -> Columns:
+    """x + sum of factor * vector; scalars beyond `keep` (artificial ones) are dropped."""
+    keep = len(x.scalars) if keep is None else keep
+    stage, mesh, scal = x.stage.copy(), x.mesh.copy(), x.scalars[:keep].copy()
+    for factor_, v in terms:
+        stage += factor_ * v.stage
+        mesh += factor_ * v.mesh
+        scal += factor_ * v.scalars[:keep]
+    return Columns(stage, mesh, scal)
+
+
+def predicted(x: Columns, tangent: Columns, step: float, previous: Columns | None, previous_step: float) -> Columns:
+    """Quadratic predictor of a curve: the tangent, bent as it was bent over the last step."""
+    if previous is None:
+        return add(x, (step, tangent))
+    bend = step * step / (2 * previous_step)
+    return add(x, (step + bend, tangent), (-bend, previous))
+
+
+def hermite(ends: tuple[Columns, Columns], tangents: tuple[Columns, Columns], step: float, t: float) -> Columns:
+    """Cubic Hermite interpolation of a curve between two points `step` apart, at the fraction t."""
+    a, b = 1 - 3 * t**2 + 2 * t**3, 3 * t**2 - 2 * t**3
+    c, d = step * (t - 2 * t**2 + t**3), step * (t**3 - t**2)
+    return add(scaled(ends[0], a), (b, ends[1]), (c, tangents[0]), (d, tangents[1]))
+
+
+def arc_over_sine(cosine: float) -> float:
+    """Angle over sine, from the cosine: length of a circular arc in units of its projection on a tangent."""
+    angle = float(np.arccos(min(1.0, cosine)))
+    return angle / float(np.sin(angle)) if angle > 1e-6 else 1.0
+
+
+def arc_length(chord: float, cosine: float) -> float:
+    """Length of a circular arc from its chord and the cosine of the angle between the tangents at its ends."""
+    return chord * arc_over_sine(float(np.sqrt((1 + min(1.0, cosine)) / 2)))
+
+
+def scaled(v: Columns, by: float) -> Columns:
+    return Columns(v.stage * by, v.mesh * by, v.scalars * by)
+
+
+def free_indices(bvp: BVP, free: Sequence[str]) -> list[int]:
+    """Indices of the named free parameters, their number checked against the problem's conditions."""
+    names = list(free)
+    if isinstance(free, str):
+        raise ValueError(f"free: expected a sequence of names, got the string '{free}': write ('{free}',)")
+    if not bvp.parameters:
+        raise ValueError("parameters: expected at least one to follow a branch or search along it, got none")
+    if len(names) != bvp.n_free or len(set(names)) != len(names):
+        raise ValueError(
+            f"free: expected {bvp.n_free} parameter name(s) ({bvp.n_boundary} boundary + {bvp.n_integral} integral "
+            f"conditions - {bvp.size} unknowns + 1), got {list(free)}"
+        )
+    return [bvp.parameter_index(name) for name in names]

@@ -1,0 +1,76 @@
+"""Jumps of the right-hand side inside an interval, which the Gauss points may not see.
+
+The quadrature of a jump depends on the Gauss points at its two sides only. Where they carry the same weight on the
+interval and on its halves, as they do when it lies in the middle or close to an end, the correction on halved intervals
+vanishes, and tells nothing. So the polynomial's slope is compared with the right-hand side just inside both ends of an
+interval, too. A jump makes a residual that stands out from that of both neighbors.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from rodatlas.continuation.discrete.collocation import Collocation
+from rodatlas.continuation.linear.gauss import lagrange_basis
+from rodatlas.continuation.linear.matrix import Columns
+from rodatlas.continuation.problem.evaluator import Evaluator
+
+STANDS_OUT = 100.0  # times the residuals of both neighbors
+INSIDE = 1e-5  # of an interval, from its ends: a jump on a mesh point is none, and 1/s at s = 0 is to be defined
+JUMP_SHARE = 0.1  # of an interval: how far Gauss points may misplace a jump on which they seem to agree
+NOISE = 1e-11  # residual per length that is round-off
+
+
+def jump_error(residual: np.ndarray, step: np.ndarray) -> float:
+    """Error that jumps make, from the largest residual on each interval (N,), per length; zero where there are none."""
+    if len(step) < 3:
+        return 0.0
+    residual = np.where(np.isfinite(residual), residual, 0.0)  # where the right-hand side is not defined
+    padded = np.concatenate([[0.0], residual, [0.0]])
+    alone = residual > STANDS_OUT * np.maximum(padded[:-2], padded[2:]) + NOISE
+    return float(JUMP_SHARE * (residual * step)[alone].max(initial=0.0))
+
+
+def at_ends(colloc: Collocation, x: Columns) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Right-hand side (N, 2, n), and its derivatives (N, 2, nnz) and (N, 2, np, n), just inside the ends."""
+    count = len(colloc.step)
+    field = colloc.kept("ends of intervals", lambda: Evaluator(colloc.bvp.traced.field, 2 * count))
+    s = colloc.mesh[:-1, None] + colloc.step[:, None] * np.array([INSIDE, 1 - INSIDE])
+    u = values_at_ends(colloc, x) * colloc.scale.unknowns
+    with np.errstate(all="ignore"):
+        f, jac, f_p = field(s, u, colloc.parameters(x))
+    n = x.mesh.shape[1]
+    return f.reshape(count, 2, n).copy(), jac.reshape(count, 2, -1).copy(), f_p.reshape(count, 2, -1, n).copy()
+
+
+def values_at_ends(colloc: Collocation, v: Columns) -> np.ndarray:
+    """A piecewise polynomial (N, 2, n) just inside the ends."""
+    basis = colloc.scheme.basis(np.array([INSIDE, 1 - INSIDE]))
+    return basis[:, :1] * v.mesh[:-1, None, :] + np.matmul(basis[:, 1:], v.stage)
+
+
+def slopes_at_ends(colloc: Collocation, v: Columns) -> np.ndarray:
+    """Slopes (N, 2, n) of a piecewise polynomial just inside the ends, scaled."""
+    scheme = colloc.scheme
+    change = np.matmul(scheme.d, v.stage) + scheme.d0[:, None] * v.mesh[:-1, None, :]
+    basis = lagrange_basis(scheme.nodes, np.array([INSIDE, 1 - INSIDE]))
+    return np.matmul(basis, change) / colloc.step[:, None, None]
+
+
+def residual_of(colloc: Collocation, x: Columns) -> np.ndarray:
+    """Largest residual (N,) of a state just inside the ends of each interval, relative to the size of the unknowns."""
+    su = colloc.scale.unknowns
+    size = np.maximum(1.0, np.abs(x.mesh).max(axis=0) * su) / su
+    return np.abs((slopes_at_ends(colloc, x) - at_ends(colloc, x)[0] / su) / size).max(axis=(1, 2))
+
+
+def residual_along(colloc: Collocation, x: Columns, v: Columns) -> np.ndarray:
+    """The same of a vector v in the linearised equations at x, relative to its norm."""
+    su, sparsity = colloc.scale.unknowns, colloc.bvp.sparsity
+    _, jac, f_p = at_ends(colloc, x)
+    ends = values_at_ends(colloc, v)
+    vp = v.scalars[: len(colloc.free)] * colloc.scale.parameters[colloc.free]
+    slope = np.einsum("jepa,p->jea", f_p[:, :, colloc.free], vp) / su
+    for i, (row, col) in enumerate(zip(sparsity.rows, sparsity.cols, strict=True)):
+        slope[..., row] += jac[..., i] * su[col] / su[row] * ends[..., col]
+    return np.abs(slopes_at_ends(colloc, v) - slope).max(axis=(1, 2)) / colloc.norm(v)

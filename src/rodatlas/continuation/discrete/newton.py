@@ -1,0 +1,199 @@
+"""Newton's method on the bordered collocation system, with result codes that say what to do next."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from enum import Enum
+
+import numpy as np
+
+from rodatlas.continuation.checks import check_fields
+from rodatlas.continuation.discrete.collocation import Collocation, Linearization, Row, add
+from rodatlas.continuation.linear.matrix import Blocks, Columns, Factorization
+
+Condition = Callable[[Columns], tuple[float, Row]]
+"""One more equation: state -> (residual, its gradient as a row)."""
+
+
+class NewtonCode(Enum):
+    """Why Newton stopped; the value is a sentence for the user."""
+
+    CONVERGED = "converged"
+    DIVERGED = "Newton's corrections grow: start closer to a solution, or take a smaller step"
+    SLOW = "Newton converges too slowly: start closer to a solution, take a smaller step or refine the mesh"
+    SINGULAR = "the linearised problem is singular: check that boundary conditions are independent, or leave this point"
+    NOT_FINITE = "the right-hand side or a boundary condition returned NaN or infinity: keep the unknowns in its domain"
+
+
+@dataclass(frozen=True)
+class NewtonOptions:
+    """Tolerance on the estimated remaining error (scaled variables), and limits."""
+
+    tolerance: float = 1e-9
+    max_iterations: int = 8
+    max_growth: float = 2.0
+
+    def __post_init__(self) -> None:
+        check_fields(self, "tolerance", "max_iterations", "max_growth")
+        if not (self.tolerance > 0 and self.max_iterations >= 1 and self.max_growth > 0):
+            raise ValueError(
+                "newton: expected tolerance > 0, max_iterations >= 1 and max_growth > 0, got "
+                f"{self.tolerance}, {self.max_iterations}, {self.max_growth}"
+            )
+
+
+@dataclass(frozen=True)
+class NewtonResult:
+    """Outcome of one Newton run.
+
+    Attributes
+    ----------
+    state : Columns, the last iterate; factorization : of the derivative at the iterate before it.
+    corrections : sizes of the corrections made, in the scaled L2 norm.
+    estimate : size of the next correction, estimated from the last two.
+    """
+
+    code: NewtonCode
+    state: Columns
+    factorization: Factorization | None
+    linearization: Linearization | None
+    corrections: tuple[float, ...]
+    estimate: float
+
+    @property
+    def converged(self) -> bool:
+        return self.code is NewtonCode.CONVERGED
+
+
+def newton(
+    colloc: Collocation, x: Columns, conditions: Sequence[Condition], options: NewtonOptions | None = None
+) -> NewtonResult:
+    r"""Solve F(x) = 0 together with as many conditions as there are free parameters beyond the problem's own.
+
+    Convergence is quadratic, so after two corrections :math:`\delta_1, \delta_2` the next one is about
+    :math:`\delta_2^3/\delta_1^2`; the run ends when that estimate is below the tolerance, without an evaluation
+    that would only confirm it. State and corrections are projected on the subspace of the discretisation, if it has
+    one.
+    """
+    options = options or NewtonOptions()
+    sizes: list[float] = []
+    factorization, lin = None, None
+    estimate = np.inf
+
+    def result(code: NewtonCode) -> NewtonResult:
+        return NewtonResult(code, x, factorization, lin, tuple(sizes), float(estimate))
+
+    if colloc.within is not None:
+        x = colloc.within.state(x)
+    for _ in range(options.max_iterations):
+        with np.errstate(all="ignore"):
+            lin = colloc.linearize(x)
+            finite = lin.is_finite
+        values, rows = zip(*[c(x) for c in conditions], strict=True) if conditions else ((), ())
+        if not (finite and np.isfinite(values).all()):
+            return result(NewtonCode.NOT_FINITE)
+        factorization = colloc.factor(lin, rows)
+        if factorization.sign == 0.0:
+            return result(NewtonCode.SINGULAR)
+        dx = factorization.solve(colloc.right_hand_side(lin.residual, rows, [-v for v in values]))
+        dx = colloc.kept_symmetric(dx)
+        size = colloc.norm(dx)
+        if not np.isfinite(size):
+            return result(NewtonCode.SINGULAR)
+        if sizes and size > options.max_growth * sizes[-1]:
+            return result(NewtonCode.DIVERGED)
+        x = add(x, (1.0, dx))
+        estimate = _next_correction(sizes, size)
+        sizes.append(size)
+        if estimate < options.tolerance:
+            return result(NewtonCode.CONVERGED)
+    return result(NewtonCode.SLOW)
+
+
+def _next_correction(sizes: list[float], size: float) -> float:
+    """Estimate of the correction that would follow one of `size`, from quadratic convergence."""
+    if not sizes or sizes[-1] == 0.0:
+        return size**1.5
+    return max(size * (size / sizes[-1]) ** 2, size**2)
+
+
+def is_singular_around(colloc: Collocation, x: Columns, row: Row, tangent: Columns | None = None) -> bool:
+    """Whether the problem, bordered by a row, is singular to round-off at x and at states near it.
+
+    At a branch point the first holds but not the second. Both hold where conditions repeat one another or leave
+    something undetermined: then a consistent right-hand side has many solutions, and Newton finds an arbitrary one.
+    What is left undetermined only by the solutions themselves, as the period of an oscillation of amplitude zero, shows
+    nowhere else than along them: with a tangent, the states near by are also those along it and along each parameter.
+    """
+    rng, n = np.random.default_rng(17), x.stage.shape[2]
+    shift, slope = 1e-3 * rng.normal(size=(2, n))
+    near = Columns(
+        x.stage + shift + colloc.gauss[..., None] * slope,
+        x.mesh + shift + colloc.mesh[:, None] * slope,
+        x.scalars + 1e-3 * rng.normal(size=x.scalars.shape),
+    )
+    if not _is_singular(colloc, x, row, rng):
+        return False
+    if _is_singular(colloc, near, row, rng):
+        return True
+    if tangent is None:
+        return False
+    k = len(colloc.free)
+    ways = [tangent, *(Columns(0 * x.stage, 0 * x.mesh, unit) for unit in np.eye(k))] if k > 1 else []
+    return bool(ways) and all(_is_singular(colloc, add(x, (1e-3, way)), row, rng) for way in ways)
+
+
+def _is_singular(colloc: Collocation, x: Columns, row: Row, rng: np.random.Generator) -> bool:
+    """Whether the response to a load changes by more than a thousandth when the derivative changes by 1e-14.
+
+    Entries change in proportion, those of the parameters also by that much in scaled variables. (The size of the
+    response would not tell: it is large, and accurate, for growing solutions.)
+    """
+    n_int, _, n = x.stage.shape
+    load = Blocks(
+        colloc.step[:, None, None] * rng.normal(size=x.stage.shape), np.zeros((n_int, n)),
+        rng.normal(size=colloc.bvp.n_boundary + (row.stage is None)),
+        rng.normal(size=colloc.bvp.n_integral + (row.stage is not None)),
+    )  # fmt: skip
+    responses = []
+    with np.errstate(all="ignore"):
+        lin = colloc.linearize(x)
+        if not lin.is_finite:
+            return False
+        keys = ("jac", "stage_scal", "b_left", "b_right", "b_scal", "dense", "dense_scal")
+        blocks = {key: getattr(lin, key) for key in keys}
+        for noise in (0.0, 1e-14):
+            blurred = {key: block * (1.0 + noise * rng.normal(size=block.shape)) for key, block in blocks.items()}
+            for key in ("stage_scal", "b_scal", "dense_scal"):  # a parameter without effect has a column of zeros
+                blurred[key] = blurred[key] + noise * rng.normal(size=blurred[key].shape)
+            factorization = colloc.factor(replace(lin, **blurred), [row])
+            if factorization.sign == 0.0:
+                return True
+            responses.append(factorization.solve(load))
+        change = colloc.norm(add(responses[0], (-1.0, responses[1])))
+        return not change < 1e-3 * colloc.norm(responses[0])
+
+
+def fixed(name: str, value: float) -> Callable[[Collocation], Condition]:
+    """Condition 'parameter or observable equals value', to be bound to a discretisation."""
+
+    def bind(colloc: Collocation) -> Condition:
+        def condition(x: Columns) -> tuple[float, Row]:
+            current, row = colloc.observable_row(name, x)
+            return current - value, row
+
+        return condition
+
+    return bind
+
+
+def plane(colloc: Collocation, normal: Columns, point: Columns) -> Condition:
+    """Condition <normal, x - point> = 0: the pseudo-arclength condition."""
+    row = colloc.row(normal)
+    offset = row.dot(point)
+
+    def condition(x: Columns) -> tuple[float, Row]:
+        return row.dot(x) - offset, row
+
+    return condition

@@ -1,0 +1,312 @@
+"""One solution of a boundary value problem on a mesh."""
+
+from __future__ import annotations
+
+import math
+import os
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from rodatlas.continuation.linear.gauss import gauss_scheme
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+    from rodatlas.continuation.table import Table
+
+ROUND_OFF = 1e-9  # a place this far outside the interval is meant to be its end
+
+
+@dataclass(frozen=True, eq=False)
+class Solution:
+    """Piecewise polynomial solution: mesh, values at mesh and Gauss points, and all parameters.
+
+    Attributes
+    ----------
+    unknowns, parameter_names : names of the columns of `values` and of the entries of `parameters`.
+    mesh : (N+1,) mesh points, from 0 to 1.
+    values : (N+1, n) unknowns at the mesh points (order 2m accurate).
+    stages : (N, m, n) unknowns at the Gauss points.
+    parameters : (np,) values of all parameters.
+    error : float
+        estimated largest error at mesh points relative to the scale of each unknown; nan when not estimated.
+    observables : mapping of str to float.
+    """
+
+    unknowns: tuple[str, ...]
+    parameter_names: tuple[str, ...]
+    mesh: np.ndarray
+    values: np.ndarray
+    stages: np.ndarray
+    parameters: np.ndarray
+    error: float = float("nan")
+    observables: Mapping[str, float] = field(default_factory=dict)
+
+    def __repr__(self) -> str:
+        values = ", ".join(f"{k}={v:.6g}" for k, v in zip(self.parameter_names, self.parameters, strict=True))
+        seen = "".join(f", {k}={v:.6g}" for k, v in self.observables.items())
+        return f"Solution({values}{seen}; {self.intervals} intervals, error {self.error:.1e})"
+
+    @property
+    def intervals(self) -> int:
+        return len(self.mesh) - 1
+
+    @property
+    def points(self) -> int:
+        """Gauss points per interval, m."""
+        return self.stages.shape[1]
+
+    def parameter(self, name: str) -> float:
+        return float(self.parameters[self.parameter_names.index(name)])
+
+    def __getitem__(self, name: str) -> Any:
+        """A parameter or observable (float), or an unknown at the mesh points (N+1,)."""
+        if name in self.parameter_names:
+            return self.parameter(name)
+        if name in self.unknowns:
+            return self.values[:, self.unknowns.index(name)]
+        return self.observables[name]
+
+    def __call__(self, s: np.ndarray | float, name: str | None = None) -> np.ndarray:
+        """Unknowns (len(s), n), or one of them (len(s),), at any s in [0, 1]; ValueError outside."""
+        s = np.atleast_1d(np.asarray(s, dtype=float))
+        outside = ~((s >= self.mesh[0] - ROUND_OFF) & (s <= self.mesh[-1] + ROUND_OFF))
+        if outside.any():
+            raise ValueError(f"s: expected places from {self.mesh[0]:g} to {self.mesh[-1]:g}, got {s[outside][0]:g}")
+        out = Interpolation(self.mesh, self.points, s)(self.values, self.stages)
+        return out if name is None else out[:, self.unknowns.index(name)]
+
+    def gauss_points(self) -> np.ndarray:
+        """(N, m) abscissae of the stages."""
+        return stage_points(self.mesh, self.points)
+
+    def mean(self, density: np.ndarray) -> float:
+        """Integral over [0, 1] of a density given at the Gauss points (N, m)."""
+        return float(np.diff(self.mesh) @ (density @ gauss_scheme(self.points).weights))
+
+    def remesh(self, mesh: np.ndarray, points: int | None = None) -> Solution:
+        """The same functions interpolated on another mesh (to be corrected by Newton before use)."""
+        points = points or self.points
+        gauss = stage_points(mesh, points)
+        stages = self(gauss.ravel()).reshape(*gauss.shape, -1)
+        return replace(self, mesh=mesh, values=self(mesh), stages=stages, error=float("nan"))
+
+    def with_parameters(self, **values: float) -> Solution:
+        """A copy with some parameters changed; it solves the problem only after a new correction."""
+        parameters = self.parameters.copy()
+        for key, value in values.items():
+            parameters[self.parameter_names.index(key)] = value
+        return replace(self, parameters=parameters)
+
+    def save(self, path: str | os.PathLike[str]) -> None:
+        """Write to an HDF5 file, which replaces an older one only when complete."""
+        from rodatlas.continuation.store.branch import save_solution
+
+        save_solution(path, self)
+
+    @classmethod
+    def load(cls, path: str | os.PathLike[str]) -> Solution:
+        """Read what :meth:`save` wrote; ValueError when the file is damaged or holds something else."""
+        from rodatlas.continuation.store.branch import load_solution
+
+        return load_solution(path)
+
+    def to_frame(self) -> Table:
+        """Mesh points and unknowns as a table."""
+        from rodatlas.continuation.table import Table
+
+        return Table(np.column_stack([self.mesh, self.values]), columns=["s", *self.unknowns])
+
+    @classmethod
+    def from_function(
+        cls,
+        function: Any,
+        unknowns: Sequence[str],
+        parameters: Mapping[str, float],
+        intervals: int = 20,
+        points: int = 4,
+    ) -> Solution:
+        """Sample `function(s) -> (len(s), n)` on a uniform mesh: a first guess.
+
+        Raises
+        ------
+        ValueError
+            when the function returns another shape, or NaN.
+        """
+        if intervals < 1:
+            raise ValueError(f"intervals: expected at least 1, got {intervals}")
+        names, numbers = _checked_names(unknowns, parameters)
+        mesh = np.linspace(0.0, 1.0, intervals + 1)
+        gauss = stage_points(mesh, points)
+        values, stages = (_table(f"function({len(s)} values of s)", function(s), len(s), names)
+                          for s in (mesh, gauss.ravel()))  # fmt: skip
+        return cls(names, tuple(parameters), mesh, values, stages.reshape(*gauss.shape, len(names)), numbers)
+
+    @classmethod
+    def from_values(
+        cls, s: Any, values: Any, unknowns: Sequence[str], parameters: Mapping[str, float], points: int = 4
+    ) -> Solution:
+        """A first guess from a table of values, joined by a cubic spline (lines where there are less than four).
+
+        Parameters
+        ----------
+        s : (N+1,) increasing places, which become the mesh; the first and the last are the ends of the interval, and
+            are carried to 0 and 1.
+        values : (N+1, n) unknowns there; with one unknown also (N+1,).
+
+        Raises
+        ------
+        ValueError
+            when `s` does not increase, or `values` has another shape, or either holds NaN.
+        """
+        names, numbers = _checked_names(unknowns, parameters)
+        at = np.asarray(s, dtype=float)
+        if at.ndim != 1 or len(at) < 2 or not np.isfinite(at).all() or not (np.diff(at) > 0).all():
+            raise ValueError(f"s: expected at least two finite, strictly increasing numbers, got {_brief(at)}")
+        mesh = (at - at[0]) / (at[-1] - at[0])
+        if not (np.diff(mesh) > 0).all():
+            raise ValueError(f"s: expected places that can be told apart, got {_brief(at)}")
+        table = _table("values", values, len(mesh), names)
+        gauss = stage_points(mesh, points)
+        stages = _joined(mesh, table, gauss.ravel()).reshape(*gauss.shape, len(names))
+        return cls(names, tuple(parameters), mesh, table, stages, numbers)
+
+    @classmethod
+    def from_table(
+        cls,
+        table: Any,
+        unknowns: Sequence[str],
+        parameters: Mapping[str, float],
+        points: int = 4,
+        s: str = "s",
+    ) -> Solution:
+        """A first guess from a CSV file or a table with named columns, such as what :meth:`to_frame` returns.
+
+        Parameters
+        ----------
+        table : path of a CSV file whose first line, or last comment line (#) before the rows, names the columns; or a
+            DataFrame or mapping of columns.
+        unknowns : columns to read, in the order of the problem.
+        s : column of places; see :meth:`from_values`.
+
+        Raises
+        ------
+        ValueError
+            when a column is missing, or is not what :meth:`from_values` expects.
+        """
+        import pandas as pd
+
+        names, _ = _checked_names(unknowns, parameters)
+        where = "table"
+        if isinstance(table, (str, os.PathLike)):
+            where = os.fspath(table)
+            try:
+                table = _read_csv(where)
+            except (pd.errors.ParserError, pd.errors.EmptyDataError, UnicodeDecodeError) as error:
+                raise ValueError(f"{where}: expected a CSV file with named columns, got: {error}") from None
+        found = [str(name) for name in table]
+        if missing := [name for name in (s, *names) if name not in found]:
+            raise ValueError(f"{where}: expected the columns {', '.join((s, *names))}, got {', '.join(found)} "
+                             f"(missing: {', '.join(missing)})")  # fmt: skip
+        try:
+            columns = [np.asarray(table[name], dtype=float) for name in (s, *names)]
+        except (TypeError, ValueError) as error:
+            raise ValueError(f"{where}: expected numbers in the columns {', '.join((s, *names))}: {error}") from None
+        return cls.from_values(columns[0], np.column_stack(columns[1:]), names, parameters, points)
+
+
+def _read_csv(path: str) -> pd.DataFrame:
+    """A table from a file; comment lines come first, if any, and their last may name the columns."""
+    import pandas as pd
+
+    last, skipped = "", 0
+    with open(path, encoding="utf-8") as lines:
+        for line in lines:
+            if not line.startswith("#"):
+                break
+            last, skipped = line, skipped + 1
+        else:
+            line = ""
+    names = None
+    if skipped and _is_number(line.split(",")[0]):
+        names = [name.strip() for name in last.lstrip("# ").split(",")]
+    return pd.read_csv(path, skipinitialspace=True, skiprows=skipped, names=names)
+
+
+def _is_number(text: str) -> bool:
+    try:
+        float(text)
+    except ValueError:
+        return False
+    return True
+
+
+def _checked_names(unknowns: Sequence[str], parameters: Mapping[str, float]) -> tuple[tuple[str, ...], np.ndarray]:
+    """Names of the unknowns and values of the parameters (np,)."""
+    if isinstance(unknowns, str) or not all(isinstance(name, str) for name in unknowns) or not unknowns:
+        raise ValueError(f"unknowns: expected a sequence of names such as ('u', 'v'), got {unknowns!r}")
+    if not isinstance(parameters, Mapping):
+        raise ValueError(f"parameters: expected a mapping of names to numbers, got {parameters!r}")
+    for name, value in parameters.items():
+        if isinstance(value, (str, complex)) or value is None or not math.isfinite(value):
+            raise ValueError(f"parameters: expected a finite number for '{name}', got {value!r}")
+    return tuple(unknowns), np.array(list(parameters.values()), float)
+
+
+def _table(field: str, values: Any, rows: int, names: tuple[str, ...]) -> np.ndarray:
+    """Values (rows, n), finite."""
+    try:
+        if np.iscomplexobj(values):
+            raise TypeError
+        table = np.asarray(values, dtype=float)
+    except (TypeError, ValueError):
+        raise ValueError(f"{field}: expected real numbers, got {_brief(values)}") from None
+    if len(names) == 1 and table.shape == (rows,):
+        table = table[:, None]
+    if table.shape != (rows, len(names)):
+        raise ValueError(f"{field}: expected shape {(rows, len(names))}, a column for each of {', '.join(names)}, got "
+                         f"{table.shape}")  # fmt: skip
+    for name, column in zip(names, table.T, strict=True):
+        if not np.isfinite(column).all():
+            bad = int(np.flatnonzero(~np.isfinite(column))[0])
+            raise ValueError(f"{field}: expected finite values of '{name}', got {column[bad]} in row {bad + 1}")
+    return table.copy()
+
+
+def _joined(s: np.ndarray, values: np.ndarray, at: np.ndarray) -> np.ndarray:
+    """Cubic spline through a table, at other places; straight lines through less than four points."""
+    if len(s) < 4:
+        return np.column_stack([np.interp(at, s, column) for column in values.T])
+    from scipy.interpolate import CubicSpline
+
+    return CubicSpline(s, values)(at)
+
+
+def _brief(values: Any) -> str:
+    text = " ".join(repr(values).split())
+    return text if len(text) <= 60 else text[:57] + "..."
+
+
+def stage_points(mesh: np.ndarray, points: int) -> np.ndarray:
+    """(N, m) Gauss points of every interval."""
+    return mesh[:-1, None] + np.diff(mesh)[:, None] * gauss_scheme(points).nodes
+
+
+class Interpolation:
+    """Evaluation at fixed s of piecewise polynomials on one mesh: on each interval the collocation polynomial."""
+
+    def __init__(self, mesh: np.ndarray, points: int, s: np.ndarray):
+        self._interval = np.clip(np.searchsorted(mesh, s, side="right") - 1, 0, len(mesh) - 2)
+        left = mesh[self._interval]
+        basis = gauss_scheme(points).basis((s - left) / (mesh[self._interval + 1] - left))
+        self._left, self._stages = basis[:, :1], basis[:, None, 1:]
+        self._end = s == mesh[-1]
+
+    def __call__(self, values: np.ndarray, stages: np.ndarray) -> np.ndarray:
+        """Values (len(s), n)."""
+        out = self._left * values[self._interval] + np.matmul(self._stages, stages[self._interval])[:, 0]
+        out[self._end] = values[-1]
+        return out

@@ -1,0 +1,1 @@
+"""Linear algebra of collocation: stages, block elimination over the mesh, its backends; knows arrays only."""

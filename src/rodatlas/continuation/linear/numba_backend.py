@@ -1,0 +1,152 @@
+"""The fast backend: block elimination in Numba (kernels in `_elimination.py`)."""
+
+from __future__ import annotations
+
+import sys
+import threading
+from functools import lru_cache
+from types import ModuleType
+
+import numpy as np
+
+from rodatlas.continuation.linear.matrix import Blocks, BorderedMatrix, Columns
+from rodatlas.continuation.linear.sparsity import Sparsity
+
+
+@lru_cache(maxsize=1)
+def kernels() -> ModuleType:
+    """The kernel module, with a message on stderr when the first compilation of this installation takes time."""
+    from rodatlas.continuation.linear import _elimination
+
+    return _elimination
+
+
+class FirstCompile:
+    """Context that prints one line on stderr when a kernel is being compiled in it, rather than loaded from the cache,
+    and that takes longer than `patience` seconds."""
+
+    def __init__(self, patience: float = 1.5):
+        self._timer = threading.Timer(patience, self._say)
+        self._timer.daemon = True
+
+    @staticmethod
+    def _say() -> None:
+        counts = [f.stats.cache_misses for f in vars(kernels()).values() if hasattr(f, "stats")]
+        if not any(any(misses.values()) for misses in counts):
+            return  # the machine is busy, no more
+        print("compiling the solver (once per installation, about 15 s) ...", file=sys.stderr, flush=True)
+
+    def __enter__(self) -> None:
+        self._timer.start()
+
+    def __exit__(self, *_: object) -> None:
+        self._timer.cancel()
+
+
+@lru_cache(maxsize=64)
+def _layout(sizes: tuple[int, ...], points: int) -> tuple[np.ndarray, np.ndarray]:
+    """Offsets of the LU factors and pivots of each component in the per-interval stores."""
+    block = points * np.array(sizes, dtype=np.int64)
+    lu_ptr = np.concatenate([[0], np.cumsum(block**2)]).astype(np.int64)
+    piv_ptr = np.concatenate([[0], np.cumsum(block)]).astype(np.int64)
+    return lu_ptr, piv_ptr
+
+
+def _structure(sp: Sparsity) -> tuple[np.ndarray, ...]:
+    return sp.member_ptr, sp.members, sp.coupled, sp.own_ptr, sp.own, sp.up_ptr, sp.up
+
+
+_warm = threading.Event()
+
+
+class NumbaFactorization:
+    """Factors of one matrix; see :class:`rodatlas.continuation.linear.matrix.Factorization`."""
+
+    def __init__(self, matrix: BorderedMatrix):
+        if _warm.is_set():
+            self._factor(matrix)
+            return
+        with FirstCompile():
+            self._factor(matrix)
+            n_int, m, n, k = matrix.sizes
+            if self.sign != 0.0:
+                q, r = matrix.b_left.shape[0], matrix.dense.shape[0]
+                self.solve(Blocks(np.zeros((n_int, m, n)), np.zeros((n_int, n)), np.zeros(q), np.zeros(r)))
+                self.solve_transposed(Columns(np.zeros((n_int, m, n)), np.zeros((n_int + 1, n)), np.zeros(k)))
+                _warm.set()
+
+    def _factor(self, matrix: BorderedMatrix) -> None:
+        kern = kernels()
+        n_int, m, n, k = matrix.sizes
+        sp, scheme = matrix.sparsity, matrix.scheme
+        r = matrix.dense.shape[0]
+        sizes = tuple(np.diff(sp.member_ptr).tolist())
+        self._lu_ptr, self._piv_ptr = _layout(sizes, m)
+        self._lu = np.empty((n_int, int(self._lu_ptr[-1])))
+        self._piv = np.empty((n_int, int(self._piv_ptr[-1])), dtype=np.int64)
+        self._sens = np.empty((n_int, m * n, n + k))
+        self._matrix = matrix
+        sign_stage, log_stage = kern.factor_stages(
+            matrix.jac, matrix.step, matrix.stage_scal, scheme.d, scheme.d0, scheme.d_inv, *_structure(sp),
+            sp.reach_ptr, sp.reach, self._lu_ptr, self._lu, self._piv_ptr, self._piv, self._sens,
+        )  # fmt: skip
+        self._merged = np.empty((n_int - 1, 2 * n + r, 3 * n + k))
+        self._merge_piv = np.empty((n_int - 1, n), dtype=np.int64)
+        self._final = np.empty((2 * n + k, 2 * n + k))
+        self._final_piv = np.empty(2 * n + k, dtype=np.int64)
+        transfer = np.empty((n_int, n, n + k))
+        rows_u, rows_s = np.empty((n_int + 1, r, n)), np.empty((r, k))
+        kern.condense(
+            self._sens, scheme.c_left, scheme.c_stage, matrix.dense, matrix.dense_scal, transfer, rows_u, rows_s
+        )
+        sign, log_det = kern.factor_mesh(
+            transfer, matrix.b_left, matrix.b_right, matrix.b_scal, rows_u, rows_s,
+            self._merged, self._merge_piv, self._final, self._final_piv,
+        )  # fmt: skip
+        coupled = int(n_int * np.diff(sp.member_ptr)[sp.coupled].sum())
+        self.sign = float(sign_stage * sign * (scheme.d_sign**coupled))
+        self.log_det = float(log_stage + log_det - coupled * scheme.d_log)
+        if not np.isfinite(self.log_det):
+            self.sign, self.log_det = 0.0, -np.inf
+
+    def solve(self, rhs: Blocks) -> Columns:
+        kern, a = kernels(), self._matrix
+        n_int, m, n, k = a.sizes
+        stage = rhs.stage.reshape(n_int, m * n).copy()
+        shaped, chain, dense = stage.reshape(n_int, m, n), rhs.chain.copy(), rhs.dense.copy()
+        if stage.any():  # kernel vectors have no residual
+            kern.solve_stages(
+                stage, a.jac, a.step, a.scheme.d_inv, *_structure(a.sparsity), self._lu_ptr, self._lu, self._piv_ptr,
+                self._piv,
+            )  # fmt: skip
+            chain += np.einsum("i,jia->ja", a.scheme.c_stage, shaped)
+            dense -= a.dense.reshape(len(rhs.dense), stage.size) @ stage.ravel()
+        mesh, scalars = np.empty((n_int + 1, n)), np.empty(k)
+        kern.solve_mesh(
+            chain, rhs.ends.copy(), dense, self._merged, self._merge_piv, self._final, self._final_piv, mesh, scalars
+        )
+        ahead = np.empty((n_int, n + k, 1))
+        ahead[:, :n, 0], ahead[:, n:, 0] = mesh[:-1], scalars
+        stage += np.matmul(self._sens, ahead)[:, :, 0]
+        return Columns(shaped, mesh, scalars)
+
+    def solve_transposed(self, rhs: Columns) -> Blocks:
+        kern, a = kernels(), self._matrix
+        n_int, m, n, _ = a.sizes
+        stage = rhs.stage.reshape(n_int, m * n)
+        c_mesh, c_scal = rhs.mesh.copy(), rhs.scalars.copy()
+        if stage.any():
+            c_mesh[:-1] += np.einsum("jra,jr->ja", self._sens[:, :, :n], stage)
+            c_scal += np.einsum("jrt,jr->t", self._sens[:, :, n:], stage)
+        q, r = a.b_left.shape[0], a.dense.shape[0]
+        chain, ends, dense = np.empty((n_int, n)), np.empty(q), np.empty(r)
+        kern.solve_mesh_transposed(
+            c_mesh, c_scal, self._merged, self._merge_piv, self._final, self._final_piv, chain, ends, dense
+        )
+        w = stage.reshape(n_int, m, n) + a.scheme.c_stage[:, None] * chain[:, None, :]
+        w -= np.tensordot(dense, a.dense, axes=1)
+        w = np.ascontiguousarray(w.reshape(n_int, m * n))
+        kern.solve_stages_transposed(
+            w, a.jac, a.step, a.scheme.d_inv, *_structure(a.sparsity), self._lu_ptr, self._lu, self._piv_ptr, self._piv
+        )
+        return Blocks(w.reshape(n_int, m, n), chain, ends, dense)

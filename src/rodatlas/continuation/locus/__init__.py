@@ -1,0 +1,1 @@
+"""Loci: special points followed in two parameters, and the events on them."""

@@ -1,0 +1,1 @@
+"""What a computation gives: branches, loci, special points and what was checked; they compute nothing."""

@@ -1,0 +1,1 @@
+"""Points where the equations are singular: kernels, extended systems, normal forms, rays."""

@@ -1,0 +1,1 @@
+"""Results in HDF5 files."""

@@ -1,0 +1,1 @@
+"""Symmetries of a solution, and the subspace of the symmetric ones."""
