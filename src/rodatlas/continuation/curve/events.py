@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from rodatlas.continuation.curve.options import TraceOptions
-from rodatlas.continuation.curve.point import Frame
+from rodatlas.continuation.curve.point import Frame, with_tests
 from rodatlas.continuation.discrete.collocation import Collocation, add, hermite, scaled
 from rodatlas.continuation.discrete.newton import fixed, newton, plane
 from rodatlas.continuation.linear.matrix import Columns
@@ -20,7 +20,9 @@ from rodatlas.continuation.singular.smallest import smallest_singular
 
 FOLD_NOISE = 1e-9  # tangent component of the parameter below which it is round-off: the branch is vertical
 
-STEEP = 4.0  # change of a singular value per arclength that is hardly ever exceeded
+STEEP = 4.0  # change of a singular value per arclength that is hardly ever exceeded, where none is known yet
+PASSES, SLOW = 5, 5.0  # of inverse iteration, and how much too large a second singular value may be after one
+LEEWAY = 1.3  # by which a mode may be steeper than those that were seen
 
 
 @dataclass(frozen=True)
@@ -81,6 +83,12 @@ class Segment:
     @property
     def fold_tests(self) -> tuple[float, float]:
         return self.left.fold_test, self.right.fold_test
+
+    @property
+    def reach(self) -> float:
+        """How much a singular value may change on the segment, by what was seen on it and before."""
+        left, right = self.left.steepness, self.right.steepness
+        return LEEWAY * self.step * (right if np.isfinite(left) else max(STEEP, float(np.nan_to_num(right))))
 
     def interpolate(self, fraction: float) -> Columns:
         """Cubic Hermite interpolation of the curve."""
@@ -205,10 +213,11 @@ def dips(left: float, right: float, mean: float, noise: float = 0.0) -> bool:
 def may_be_singular_twice(segment: Segment) -> bool:
     """Whether two branch points may hide on a segment at whose ends the determinant has the same sign.
 
-    It is suspicious when the smallest singular value, extrapolated along a line from the point before and the left
-    end, reaches zero on the segment (two modes that become singular in turn), or when the parabola through these two
-    and the right end has a minimum there at less than half of the values at the ends (one mode that does so twice). At
-    the start of a branch, where no point lies before, a value is suspicious that is small for the length of the step.
+    It is suspicious when both smallest singular values at either end may reach zero on the segment (two modes that
+    become singular in turn), when the smallest one, extrapolated along a line from the point before and the left end,
+    does so, or when the parabola through these two and the right end has a minimum there at less than half of the
+    values at the ends (one mode that does so twice). At the start of a branch, where no point lies before, a value is
+    suspicious that is small for the length of the step.
     """
     before, left, right = segment.left.weakness_before, segment.left.weakness, segment.right.weakness
     if segment.left.branch_test[0] * segment.right.branch_test[0] <= 0 or not np.isfinite([left, right]).all():
@@ -216,6 +225,8 @@ def may_be_singular_twice(segment: Segment) -> bool:
     h0, h1 = segment.left.previous_step, segment.step
     if not np.isfinite(before):
         return min(left, right) < STEEP * h1
+    if left + right < segment.reach and _both_are_weak(segment):
+        return True
     slope_before, slope = (left - before) / h0, (right - left) / h1
     if left + slope_before * h1 <= 0.0:
         return True
@@ -224,6 +235,21 @@ def may_be_singular_twice(segment: Segment) -> bool:
     if bend <= 0.0 or not 0.0 < -start / (2 * bend) < h1:
         return False
     return bool(left - start**2 / (4 * bend) < 0.5 * min(left, right))
+
+
+def _both_are_weak(segment: Segment) -> bool:
+    """Whether the second-smallest singular value, too, may reach zero on the segment from either end.
+
+    Inverse iteration comes from above, and slowly where modes are alike, so a value of some size is looked at again.
+    """
+    reach = segment.reach
+    for frame in (segment.left, segment.right):
+        value = frame.second_weakness
+        if reach <= value < SLOW * reach:
+            value = with_tests(frame, PASSES).second_weakness
+        if not value < reach:
+            return False
+    return True
 
 
 def _outside(special: SpecialPoint, segment: Segment, options: TraceOptions) -> bool:

@@ -28,7 +28,7 @@ from rodatlas.continuation.singular.smallest import smallest_singular
 
 ALIKE = 0.1  # relative difference of the smallest singular values on a mesh and on its halves
 AIM = 0.01  # the same, that a mesh which follows the mode is made for
-SMALL = 1e-5  # values below this are alike: on a branch point they are round-off
+NEAR = 1e-6  # arclength from a branch point below which values are alike: they are round-off on it
 PASSES = 5  # of inverse iteration, where one finds a difference: the mode of a neighboring point may be another one
 ROUNDS = 6  # doublings of the mesh
 
@@ -131,7 +131,8 @@ def _mode_error(frame: Frame, halves: Halves, thorough: bool = False) -> float:
 def _difference(frame: Frame, halves: Halves, mode: Columns, weakness: float, passes: int) -> float:
     fine = smallest_singular(halves.colloc, halves.factorization, mode, passes=passes)[1]
     largest = max(fine, weakness)
-    if not np.isfinite(largest) or largest < SMALL:
+    steepness = frame.steepness if np.isfinite(frame.steepness) else 1.0
+    if not np.isfinite(largest) or largest < NEAR * min(1.0, steepness):
         return 0.0
     if frame.branch_test[0] * halves.factorization.sign < 0:
         return float("inf")

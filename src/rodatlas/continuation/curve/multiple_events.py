@@ -35,32 +35,39 @@ class Verdict:
     ----------
     events : every singular place as one branch point, and everything else that was located.
     known : whether there is nothing else on the segment that is singular.
-    close : whether the segment should end somewhere else, because it ends too close to a multiple branch point.
+    shorten : whether a shorter segment would tell more: several modes become singular on it, what was found does not
+        add up, or it ends too close to a multiple branch point.
     """
 
     events: list[Located]
     known: bool = False
-    close: bool = False
+    shorten: bool = False
 
 
 def told_apart(
     segment: Segment, events: list[Located], options: TraceOptions, last: SpecialPoint | None = None,
-    keep_off: bool = False,
+    is_long: bool = False, keep_off: bool = False,
 ) -> Verdict:  # fmt: skip
     """Tell apart the branch points of a segment; where it holds no more than a simple one, nothing is done.
+
+    Test functions are good at telling one branch point on a short segment. So a long one that may hold several is to be
+    shortened; the search by the whole block of modes is for those that lie together.
 
     Parameters
     ----------
     events : what the test functions reported, see :func:`rodatlas.continuation.curve.events.locate_events`.
     last : the last branch point of the branch, which is not reported again.
-    keep_off : whether the segment can still be made to end somewhere else.
+    is_long : whether the segment can be made much shorter.
+    keep_off : whether it can still be made to end somewhere else.
     """
     if "branch point" not in options.locate or not _is_suspicious(segment, events, last):
         return Verdict(events)
+    if is_long:
+        return Verdict(events, shorten=True)
     search = search_places(segment, options, keep_off)
     if not search.places:
         known = search.complete and not any(e.special.kind == "branch point" for e in events)
-        return Verdict(events, known, search.close and keep_off)
+        return Verdict(events, known, not known)
     old = [p for p in search.places if last and _is_same(last, p.arclength, options)]
     places = [p for p in search.places if p not in old]
     several = [p for p in places if p.point]
@@ -68,7 +75,7 @@ def told_apart(
     if simple is not None and not (old or several):
         simple = _counted(segment, simple)
     if simple is None:
-        return Verdict(events)
+        return Verdict(events, shorten=True)
     others = [e for e in events if e.special.kind != "branch point" and not _belongs(e, [*old, *several], segment)]
     found = [_event(segment, p.point) for p in several if p.point]
     return Verdict(sorted(_turned(segment, found, [*others, *simple]), key=lambda e: e.fraction), True)
@@ -107,7 +114,7 @@ def _is_suspicious(segment: Segment, events: list[Located], last: SpecialPoint |
     if any(e.gap or e.special.status is Status.BRACKETED or e.found is None for e in points):
         return True
     # a second mode may vanish on the segment too when it is as weak as the first one is at the ends
-    reach = 1e-3 + np.nansum([segment.left.weakness, segment.right.weakness])
+    reach = 1e-3 + max(segment.reach, np.nansum([segment.left.weakness, segment.right.weakness]))
     return any(e.found is not None and second_weakness(segment.colloc, e.found) < reach for e in points)
 
 

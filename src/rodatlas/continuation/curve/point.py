@@ -14,8 +14,10 @@ from rodatlas.continuation.linear.matrix import Blocks, Columns, Factorization
 from rodatlas.continuation.problem.bvp import BVP
 from rodatlas.continuation.singular.augmented import kernel_directions
 from rodatlas.continuation.singular.ray_start import ray_at
-from rodatlas.continuation.singular.smallest import smallest_singular
+from rodatlas.continuation.singular.smallest import smallest_singulars
 from rodatlas.continuation.symmetric.isotropy import restrict, symmetric_mesh
+
+FADING = 0.9  # of the steepness from one step to the next
 
 
 @dataclass(frozen=True)
@@ -23,9 +25,10 @@ class Frame:
     """State x and unit tangent t on a discretisation, with what was learnt in reaching it.
 
     `branch_test` is sign and log|det| of the bordered matrix; `previous` and `previous_step` serve the quadratic
-    predictor; `error` is the last error estimate. `weakest` approximates the direction in which the bordered matrix is
-    nearest to singular, `weakness` is its singular value there, `weakness_before` that of the point before; it is
-    negative when a branch point was passed since. `with_mode` says that the mesh follows `weakest` too.
+    predictor; `error` is the last error estimate. `modes` approximates the two directions in which the bordered matrix
+    is nearest to singular, `weakness` and `second_weakness` are its singular values there, `weakness_before` the first
+    one of the point before; it is negative when a branch point was passed since. `steepness` is how fast the smallest
+    singular value changed lately, per arclength. `with_mode` says that the mesh follows the weakest mode too.
     """
 
     colloc: Collocation
@@ -35,10 +38,16 @@ class Frame:
     previous: Columns | None = None
     previous_step: float = 1.0
     error: float = float("nan")
-    weakest: Columns | None = None
+    modes: tuple[Columns, ...] | None = None
     weakness: float = float("nan")
+    second_weakness: float = float("nan")
     weakness_before: float = float("nan")
+    steepness: float = float("nan")
     with_mode: bool = False
+
+    @property
+    def weakest(self) -> Columns | None:
+        return None if self.modes is None else self.modes[0]
 
     @property
     def parameter(self) -> float:
@@ -55,10 +64,11 @@ class Frame:
     def reached(self, state: Columns, fac: Factorization, step: float) -> Frame:
         """The frame at a corrected state, whose last matrix was bordered with this frame's tangent."""
         t = unit_tangent(self.colloc, fac, self.tangent)
-        vector, value = smallest_singular(self.colloc, fac, self.weakest)
+        modes, (first, second) = smallest_singulars(self.colloc, fac, self.modes) or (self.modes, (0.0, 0.0))
+        change = abs(fac.sign * first - self.branch_test[0] * self.weakness) / step
         return Frame(
-            self.colloc, state, t, (fac.sign, fac.log_det), self.tangent, step, self.error, vector, value,
-            self.weakness, self.with_mode,
+            self.colloc, state, t, (fac.sign, fac.log_det), self.tangent, step, self.error, modes, first, second,
+            self.weakness, float(np.fmax(change, FADING * self.steepness)), self.with_mode,
         )  # fmt: skip
 
     def reversed(self) -> Frame:
@@ -72,10 +82,9 @@ class Frame:
         old = self.colloc
         new = old.on(mesh)
         carry = old.carrier(new)
-        previous, weakest = (carry(v) if v is not None else None for v in (self.previous, self.weakest))
-        return replace(
-            self, colloc=new, x=carry(self.x), tangent=carry(self.tangent), previous=previous, weakest=weakest
-        )
+        previous = None if self.previous is None else carry(self.previous)
+        modes = None if self.modes is None else tuple(map(carry, self.modes))
+        return replace(self, colloc=new, x=carry(self.x), tangent=carry(self.tangent), previous=previous, modes=modes)
 
 
 def unit_tangent(colloc: Collocation, fac: Factorization, along: Columns) -> Columns:
@@ -163,5 +172,8 @@ def with_tests(frame: Frame, passes: int = 1) -> Frame:
     """Evaluate the bordered determinant with the frame's own tangent, and how close to singular the matrix is."""
     colloc = frame.colloc
     fac = colloc.factor(colloc.linearize(frame.x), [colloc.row(frame.tangent)])
-    vector, value = smallest_singular(colloc, fac, frame.weakest, passes=passes)
-    return replace(frame, branch_test=(fac.sign, fac.log_det), weakest=vector, weakness=value)
+    found = smallest_singulars(colloc, fac, frame.modes, passes=passes)
+    modes, (first, second) = found or (frame.modes, (0.0, 0.0))
+    return replace(
+        frame, branch_test=(fac.sign, fac.log_det), modes=modes, weakness=first, second_weakness=second
+    )  # fmt: skip

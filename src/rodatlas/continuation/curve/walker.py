@@ -126,7 +126,7 @@ class Walker:
         """Take a step that Newton, the tangent and the bookkeeping accept; None when there is none."""
         control = self.options.step
         step = tried = self._step
-        finest, first, close = 64 * control.minimum, 0.0, False
+        finest, first, crowded = 64 * control.minimum, 0.0, False
         while step >= control.minimum:
             trial = self._correct(step)
             if self.end is not None:
@@ -136,13 +136,13 @@ class Walker:
                 events, known = locate_events(segment, self.options), False
                 self.newton_iterations += sum(e.iterations for e in events)
                 first = first or step  # the longest one that could be corrected
-                if close or step in (first, first / 8) or step <= finest:
-                    keep_off = step > max(finest, first / 10) and not trial.at_bound
-                    verdict = told_apart(segment, events, self.options, self._passed, keep_off)
-                    events, known, close = verdict.events, verdict.known, verdict.close
+                is_long = step > max(finest, first / 8)
+                keep_off = step > max(finest, first / 10) and not trial.at_bound
+                verdict = told_apart(segment, events, self.options, self._passed, is_long, keep_off)
+                events, known, crowded = verdict.events, verdict.known, verdict.shorten
                 point = self._point(trial.frame, self.last.arclength + trial.length, trial.iterations, trial.length)
                 discrepancy = self._unexplained(segment, point, events)
-                doubtful = close or discrepancy or unresolved(segment, events, self.options, tried, known)
+                doubtful = crowded or discrepancy or unresolved(segment, events, self.options, tried, known)
                 if not doubtful or step <= finest:
                     if doubtful and discrepancy is None and not known and self._nearly_singular(segment, events):
                         discrepancy = self._record(point, (), NEARLY_SINGULAR)

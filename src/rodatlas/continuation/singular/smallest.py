@@ -1,10 +1,10 @@
-"""How near a bordered matrix is to singular: its smallest singular value in norms of functions."""
+"""How near a bordered matrix is to singular: its smallest singular values in norms of functions."""
 
 from __future__ import annotations
 
 import numpy as np
 
-from rodatlas.continuation.discrete.collocation import Collocation, scaled
+from rodatlas.continuation.discrete.collocation import Collocation, add, scaled
 from rodatlas.continuation.linear.matrix import Blocks, Columns, Factorization
 
 
@@ -17,24 +17,64 @@ def smallest_singular(
     depend on the mesh. One pass of iteration from the vector of a neighbouring point is enough to follow it. The matrix
     has as many scalar unknowns as the problem has free parameters, or `scalars` of them.
     """
+    found = smallest_singulars(colloc, fac, None if guess is None else (guess,), 1, scalars, passes)
+    return (guess, 0.0) if found is None else (found[0][0], found[1][0])
+
+
+def smallest_singulars(
+    colloc: Collocation, fac: Factorization, guess: tuple[Columns, ...] | None, count: int = 2,
+    scalars: int | None = None, passes: int = 1,
+) -> tuple[tuple[Columns, ...], tuple[float, ...]] | None:  # fmt: skip
+    r"""The `count` smallest singular values in ascending order, with their right vectors; None for a singular matrix.
+
+    They are those of the problem's own equations, on vectors orthogonal to the ones that border the matrix (the rows of
+    the border would add values of their own, of one, and hide larger ones). Block inverse iteration in the norms of
+    :func:`smallest_singular`, with the values and vectors of
+
+    .. math:: B_{ij} = \langle x_i, M^{-1} M^{-*} x_j \rangle, \qquad B c = \sigma^{-2} c.
+    """
     if fac.sign == 0.0:
-        return guess, 0.0
-    x = guess
-    if x is None:
-        rng, shape = np.random.default_rng(11), (*colloc.gauss.shape, len(colloc.scale.unknowns))
-        wave = rng.normal(size=(2, shape[2]))
-        stage = wave[0] + np.cos(np.pi * colloc.gauss)[..., None] * wave[1]
-        x = Columns(stage, np.zeros((len(colloc.mesh), shape[2])), rng.normal(size=scalars or len(colloc.free)))
-        x, passes = scaled(x, 1.0 / colloc.norm(x)), 3
+        return None
+    if guess is None:
+        guess, passes = _start(colloc, count, scalars), 3
+    values, own = tuple[float, ...](), colloc.bvp.n_integral
     per_length = (colloc.step[:, None] / colloc.scheme.weights)[..., None]
-    value = float("nan")
     for _ in range(passes):
-        row = colloc.row(x)
-        assert row.stage is not None
-        left = fac.solve_transposed(Columns(row.stage, np.zeros_like(x.mesh), row.scalars))
-        y = fac.solve(Blocks(per_length * left.stage, np.zeros_like(left.chain), left.ends, left.dense))
-        overlap, size = row.dot(y), colloc.norm(y)
-        if not (overlap > 0 and np.isfinite(size)):
-            return guess, 0.0
-        value, x = float(1.0 / np.sqrt(overlap)), scaled(y, 1.0 / size)
-    return x, value
+        rows, images = [colloc.row(x) for x in guess], list[Columns]()
+        for row, x in zip(rows, guess, strict=True):
+            assert row.stage is not None
+            left = fac.solve_transposed(Columns(row.stage, np.zeros_like(x.mesh), row.scalars))
+            dense = np.append(left.dense[:own], np.zeros(len(left.dense) - own))
+            images.append(fac.solve(Blocks(per_length * left.stage, np.zeros_like(left.chain), left.ends, dense)))
+        overlaps = np.array([[row.dot(y) for y in images] for row in rows])
+        sizes = np.array([colloc.norm(y) for y in images])
+        if not np.isfinite(overlaps).all() or not np.isfinite(sizes).all():
+            return None
+        inverse, turns = np.linalg.eigh((overlaps + overlaps.T) / 2)
+        if not inverse[-1] > 0:
+            return None
+        values = tuple(float(1.0 / np.sqrt(max(v, 1e-300))) for v in inverse[::-1])
+        turned = [add(scaled(images[0], float(t[0])), *zip(t[1:].tolist(), images[1:], strict=True)) for t in turns.T]
+        guess = _orthonormal(colloc, turned[::-1])
+    return guess, values
+
+
+def _start(colloc: Collocation, count: int, scalars: int | None) -> tuple[Columns, ...]:
+    """Smooth vectors to begin with."""
+    rng, n = np.random.default_rng(11), len(colloc.scale.unknowns)
+    vectors = []
+    for j in range(count):
+        wave = rng.normal(size=(2, n))
+        stage = wave[0] + np.cos((j + 1) * np.pi * colloc.gauss)[..., None] * wave[1]
+        numbers = rng.normal(size=scalars or len(colloc.free))
+        vectors.append(Columns(stage, np.zeros((len(colloc.mesh), n)), numbers))
+    return _orthonormal(colloc, vectors)
+
+
+def _orthonormal(colloc: Collocation, vectors: list[Columns]) -> tuple[Columns, ...]:
+    done: list[Columns] = []
+    for v in vectors:
+        for u in done:
+            v = add(v, (-colloc.inner(u, v), u))
+        done.append(scaled(v, 1.0 / max(colloc.norm(v), 1e-300)))
+    return tuple(done)
