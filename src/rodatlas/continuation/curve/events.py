@@ -22,6 +22,7 @@ FOLD_NOISE = 1e-9  # tangent component of the parameter below which it is round-
 
 STEEP = 4.0  # change of a singular value per arclength that is hardly ever exceeded, where none is known yet
 PASSES, SLOW = 5, 5.0  # of inverse iteration, and how much too large a second singular value may be after one
+EDGE = 0.02  # share of a segment at its ends where an expected branch point may lie on the next one
 LEEWAY = 1.3  # by which a mode may be steeper than those that were seen
 
 
@@ -89,6 +90,11 @@ class Segment:
         """How much a singular value may change on the segment, by what was seen on it and before."""
         left, right = self.left.steepness, self.right.steepness
         return LEEWAY * self.step * (right if np.isfinite(left) else max(STEEP, float(np.nan_to_num(right))))
+
+    @property
+    def expected(self) -> int:
+        """How many branch points were seen ahead on the segment, from before it, and not just at an end."""
+        return sum(EDGE < d / self.step < 1 - EDGE for d in self.left.expected)
 
     def interpolate(self, fraction: float) -> Columns:
         """Cubic Hermite interpolation of the curve."""

@@ -107,6 +107,8 @@ def _counted(segment: Segment, simple: list[Located]) -> list[Located] | None:
 def _is_suspicious(segment: Segment, events: list[Located], last: SpecialPoint | None) -> bool:
     """Whether there may be several branch points on a segment, or a multiple one, or one that belongs to another."""
     points = [e for e in events if e.special.kind == "branch point"]
+    if len(points) < segment.expected:
+        return True
     if any(_is_at_end(segment, e) or (last and abs(e.special.arclength - last.arclength) < SAME) for e in points):
         return True
     if not points:

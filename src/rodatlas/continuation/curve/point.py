@@ -28,7 +28,8 @@ class Frame:
     predictor; `error` is the last error estimate. `modes` approximates the two directions in which the bordered matrix
     is nearest to singular, `weakness` and `second_weakness` are its singular values there, `weakness_before` the first
     one of the point before; it is negative when a branch point was passed since. `steepness` is how fast the smallest
-    singular value changed lately, per arclength. `with_mode` says that the mesh follows the weakest mode too.
+    singular value changed lately, per arclength. `with_mode` says that the mesh follows `ahead` too, modes of the next
+    branch points, or the weakest one where none are known; `expected` are their distances along the curve.
     """
 
     colloc: Collocation
@@ -44,6 +45,8 @@ class Frame:
     weakness_before: float = float("nan")
     steepness: float = float("nan")
     with_mode: bool = False
+    ahead: tuple[Columns, ...] = ()
+    expected: tuple[float, ...] = ()
 
     @property
     def weakest(self) -> Columns | None:
@@ -69,13 +72,16 @@ class Frame:
         return Frame(
             self.colloc, state, t, (fac.sign, fac.log_det), self.tangent, step, self.error, modes, first, second,
             self.weakness, float(np.fmax(change, FADING * self.steepness)), self.with_mode,
+            self.ahead, tuple(d - step for d in self.expected),
         )  # fmt: skip
 
     def reversed(self) -> Frame:
         """The same point, looking the other way."""
         sign, log_det = self.branch_test
         turned = scaled(self.tangent, -1.0)
-        return replace(self, tangent=turned, branch_test=(-sign, log_det), previous=None, weakness_before=float("nan"))
+        return replace(
+            self, tangent=turned, branch_test=(-sign, log_det), previous=None, weakness_before=float("nan"), expected=tuple(-d for d in self.expected),
+        )  # fmt: skip
 
     def on_mesh(self, mesh: np.ndarray) -> Frame:
         """The frame interpolated on another mesh; the state is to be corrected there."""
@@ -84,7 +90,10 @@ class Frame:
         carry = old.carrier(new)
         previous = None if self.previous is None else carry(self.previous)
         modes = None if self.modes is None else tuple(map(carry, self.modes))
-        return replace(self, colloc=new, x=carry(self.x), tangent=carry(self.tangent), previous=previous, modes=modes)
+        return replace(
+            self, colloc=new, x=carry(self.x), tangent=carry(self.tangent), previous=previous, modes=modes,
+            ahead=tuple(map(carry, self.ahead)),
+        )  # fmt: skip
 
 
 def unit_tangent(colloc: Collocation, fac: Factorization, along: Columns) -> Columns:

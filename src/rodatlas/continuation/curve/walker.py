@@ -353,7 +353,7 @@ class Walker:
     def _measure_end(self) -> None:
         """Look at the last point too, for the mesh has followed since the last adaptation only so far."""
         if self._count % self.options.mesh.every and not self.options.mesh.is_fixed_size:
-            error, resolved = measured_at(self.frame)
+            error, resolved = measured_at(self.frame, self.options)
             self.newton_iterations += 2
             self._measured(error, resolved)
 
