@@ -64,7 +64,11 @@ def adapted(frame: Frame, options: TraceOptions, first: bool = False) -> Adapted
         mesh = equidistribute(colloc.mesh, monitor(colloc, frame.x), len(colloc.step))
         return Adapted(_moved(frame, mesh, frame.error), 0, frame.error, True)
     halves = halves_of(colloc, frame.x, frame.tangent)
-    estimate, off, (frame, held) = halves.estimate, _mode_error(frame, halves, first), _with_next(frame, halves, options)
+    estimate, off, (frame, held) = (
+        halves.estimate,
+        _mode_error(frame, halves, first),
+        _with_next(frame, halves, options),
+    )
     if off > ALIKE or not held:
         found, spent = with_resolved_mode(frame, options)
         return Adapted(found, spent + 2, estimate.error, False)
@@ -136,9 +140,9 @@ def _with_next(frame: Frame, halves: Halves, options: TraceOptions) -> tuple[Fra
     if found is None:
         return frame, True
     reach = AHEAD * control.every * max(frame.previous_step, options.step.initial)
-    near = [(place, mode) for place, mode in zip(found.places, found.modes, strict=True) if abs(place) < reach][:3]
-    held = all(fine.norm(add(mode, (-1.0, there(back(mode))))) < LOST for _, mode in near)
-    return replace(frame, ahead=tuple(back(m) for _, m in near), expected=tuple(d for d, _ in near)), held
+    near = [(place, mode) for place, mode in zip(found.places, found.modes, strict=True) if abs(place) < reach]
+    held = all(fine.norm(add(mode, (-1.0, there(back(mode))))) < LOST for _, mode in near[:3])
+    return replace(frame, ahead=tuple(back(m) for _, m in near[:3]), expected=tuple(d for d, _ in near)), held
 
 
 def _for_mode(frame: Frame, off: float, control: MeshControl) -> int:

@@ -80,7 +80,8 @@ class Frame:
         sign, log_det = self.branch_test
         turned = scaled(self.tangent, -1.0)
         return replace(
-            self, tangent=turned, branch_test=(-sign, log_det), previous=None, weakness_before=float("nan"), expected=tuple(-d for d in self.expected),
+            self, tangent=turned, branch_test=(-sign, log_det), previous=None, weakness_before=float("nan"),
+            expected=tuple(-d for d in self.expected),
         )  # fmt: skip
 
     def on_mesh(self, mesh: np.ndarray) -> Frame:

@@ -9,6 +9,7 @@ from itertools import pairwise
 import numpy as np
 
 from rodatlas.continuation.curve.events import (
+    EDGE,
     Located,
     Segment,
     explains,
@@ -27,6 +28,8 @@ from rodatlas.continuation.discrete.newton import NewtonCode, fixed, newton, pla
 from rodatlas.continuation.results.branch import EndReason, Point, SpecialPoint
 from rodatlas.continuation.results.verification import NEARLY_SINGULAR, ROUND_OFF, UNRESOLVED_MODE, Discrepancy
 from rodatlas.continuation.symmetric.isotropy import with_symmetry
+
+VAGUE = 0.15  # relative error of the distance at which a branch point is seen, at most
 
 
 @dataclass(frozen=True)
@@ -91,6 +94,7 @@ class Walker:
         self.doubts: list[Doubt] = []
         self.unseen: list[Discrepancy] = []
         self._window = [self._first]  # points since the mesh was looked at
+        self._singular: list[SpecialPoint] = []  # branch points passed
 
     @property
     def scale(self) -> Scale:
@@ -276,7 +280,9 @@ class Walker:
         self.frame = replace(segment.right, weakness_before=before)
         for i, item in enumerate(special):
             self._folds += item.kind == "fold"
-            self._passed = item if item.kind == "branch point" else self._passed
+            if item.kind == "branch point":
+                self._passed = item
+                self._singular.append(item)
             if self.options.stop_at is not None and self.options.stop_at(item, point):
                 self.end = EndReason.BRANCH_POINT if item.kind == "branch point" else EndReason.STOPPED
             elif self.options.max_folds is not None and self._folds > self.options.max_folds:
@@ -336,7 +342,7 @@ class Walker:
         control, here = self.options.mesh, self.frame
         found = adapted(here, self.options, first=self._count == self.options.mesh.every)
         self.newton_iterations += found.spent
-        self._measured(found.error, found.resolved)
+        self._measured(found.error, found.resolved and self._accounts_for(found.frame.expected))
         self.frame = found.frame
         step_error = 0.1 * self.options.step.max_correction * self._step  # with more no step would be accepted
         if self.frame.error > min(step_error, ACCEPTED * control.tolerance):
@@ -349,6 +355,22 @@ class Walker:
                 self.newton_iterations += spent
             if better.missed in (EndReason.MESH_LIMIT, EndReason.UNREFINED):
                 self.end = better.missed
+
+    def _accounts_for(self, expected: tuple[float, ...]) -> bool:
+        """Whether every branch point that is seen behind, on the points of the window, is one that was located.
+
+        Places at a distance are known to first order; those close to the end of the window may lie ahead.
+        """
+        known = [x.arclength for x in self._singular for _ in range(x.multiplicity)]
+        here, back = self.last.arclength, self.last.arclength - self._window[0].arclength
+        for distance in sorted(-d for d in expected if d < 0):
+            if not EDGE * self.last.step < distance < (1 - VAGUE) * back:
+                continue
+            match = min(known, key=lambda s: abs(here - distance - s), default=np.inf)
+            if not abs(here - distance - match) < VAGUE * distance:
+                return False
+            known.remove(match)
+        return True
 
     def _measure_end(self) -> None:
         """Look at the last point too, for the mesh has followed since the last adaptation only so far."""

@@ -35,7 +35,7 @@ class Crossings:
 
 
 def next_crossings(
-    colloc: Collocation, fac: Factorization, x: Columns, tangent: Columns, start: Columns | None = None, size: int = 8
+    colloc: Collocation, fac: Factorization, x: Columns, tangent: Columns, start: Columns | None = None, size: int = 12
 ) -> Crossings | None:
     """The branch points nearest to a state, by Arnoldi's method; None where F' is singular.
 
