@@ -43,7 +43,7 @@ def test_swift_hohenberg():
 
 
 def test_brusselator():
-    """Steady patterns with fixed ends: B = 1 + A^2 D1/D2 + D1 k^2 + A^2/(D2 k^2), k = n pi; crowded where it is least."""
+    """Steady patterns, fixed ends: B = 1 + A^2 D1/D2 + D1 k^2 + A^2/(D2 k^2), k = n pi; crowded where it is least."""
     a, d1, d2 = 2.0, 0.0016, 0.006
     bvp = BVP(
         lambda s, u, p: [
@@ -117,7 +117,7 @@ def test_trapped_condensate():
 
 @pytest.mark.parametrize("excess", [0.0, 1.0])
 def test_two_loads_together(excess: float):
-    """Column on springs, k = 36 pi^4 + excess: modes 2 and 3 buckle together, at 13 pi^2, or nearly; all ten are met."""
+    """Column on springs, k = 36 pi^4 + excess: modes 2 and 3 buckle together, or nearly; all ten are met."""
     k = 36 * np.pi**4 + excess
     bvp = BVP(
         lambda s, u, p: [u.slope, u.bend, u.third, -p.P * u.bend - k * u.u - u.u**3],
