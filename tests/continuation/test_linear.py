@@ -378,7 +378,7 @@ def test_only_a_compilation_is_called_one(misses, told, monkeypatch, capsys):
     from rodatlas.continuation.linear import numba_backend
 
     kernel = SimpleNamespace(stats=SimpleNamespace(cache_misses=misses))
-    monkeypatch.setattr(numba_backend, "kernels", lambda: SimpleNamespace(factor=kernel, constant=3))
+    monkeypatch.setattr(numba_backend, "kernels", lambda: (SimpleNamespace(factor=kernel, constant=3),))
     with numba_backend.FirstCompile(patience=0.0) as _:
         time.sleep(0.2)
     assert ("compiling the solver" in capsys.readouterr().err) is told

@@ -1,4 +1,4 @@
-"""The fast backend: block elimination in Numba (kernels in `_elimination.py`)."""
+"""The fast backend: stages (kernels in `_stages.py`), then mesh points (`_elimination.py`), eliminated in Numba."""
 
 from __future__ import annotations
 
@@ -14,11 +14,11 @@ from rodatlas.continuation.linear.sparsity import Sparsity
 
 
 @lru_cache(maxsize=1)
-def kernels() -> ModuleType:
-    """The kernel module, with a message on stderr when the first compilation of this installation takes time."""
-    from rodatlas.continuation.linear import _elimination
+def kernels() -> tuple[ModuleType, ModuleType]:
+    """The kernels of stages and of mesh points, imported when they are needed."""
+    from rodatlas.continuation.linear import _elimination, _stages
 
-    return _elimination
+    return _stages, _elimination
 
 
 class FirstCompile:
@@ -31,7 +31,7 @@ class FirstCompile:
 
     @staticmethod
     def _say() -> None:
-        counts = [f.stats.cache_misses for f in vars(kernels()).values() if hasattr(f, "stats")]
+        counts = [f.stats.cache_misses for part in kernels() for f in vars(part).values() if hasattr(f, "stats")]
         if not any(any(misses.values()) for misses in counts):
             return  # the machine is busy, no more
         print("compiling the solver (once per installation, about 15 s) ...", file=sys.stderr, flush=True)
@@ -44,16 +44,15 @@ class FirstCompile:
 
 
 @lru_cache(maxsize=64)
-def _layout(sizes: tuple[int, ...], points: int) -> tuple[np.ndarray, np.ndarray]:
-    """Offsets of the LU factors and pivots of each component in the per-interval stores."""
-    block = points * np.array(sizes, dtype=np.int64)
-    lu_ptr = np.concatenate([[0], np.cumsum(block**2)]).astype(np.int64)
-    piv_ptr = np.concatenate([[0], np.cumsum(block)]).astype(np.int64)
+def _layout(rows: tuple[int, ...], widths: tuple[int, ...]) -> tuple[np.ndarray, np.ndarray]:
+    """Offsets of the eliminated rows and the pivots of each component in the stores of a group of intervals."""
+    lu_ptr = np.concatenate([[0], np.cumsum(np.multiply(rows, widths))]).astype(np.int64)
+    piv_ptr = np.concatenate([[0], np.cumsum(rows)]).astype(np.int64)
     return lu_ptr, piv_ptr
 
 
 def _structure(sp: Sparsity) -> tuple[np.ndarray, ...]:
-    return sp.member_ptr, sp.members, sp.coupled, sp.own_ptr, sp.own, sp.up_ptr, sp.up
+    return sp.member_ptr, sp.members, sp.coupled, sp.up_ptr, sp.up
 
 
 _warm = threading.Event()
@@ -71,24 +70,28 @@ class NumbaFactorization:
             n_int, m, n, k = matrix.sizes
             if self.sign != 0.0:
                 q, r = matrix.b_left.shape[0], matrix.dense.shape[0]
-                self.solve(Blocks(np.zeros((n_int, m, n)), np.zeros((n_int, n)), np.zeros(q), np.zeros(r)))
+                self.solve(Blocks(np.ones((n_int, m, n)), np.zeros((n_int, n)), np.zeros(q), np.zeros(r)))
                 self.solve_transposed(Columns(np.zeros((n_int, m, n)), np.zeros((n_int + 1, n)), np.zeros(k)))
                 _warm.set()
 
     def _factor(self, matrix: BorderedMatrix) -> None:
-        kern = kernels()
+        stages, kern = kernels()
         n_int, m, n, k = matrix.sizes
         sp, scheme = matrix.sparsity, matrix.scheme
         r = matrix.dense.shape[0]
-        sizes = tuple(np.diff(sp.member_ptr).tolist())
-        self._lu_ptr, self._piv_ptr = _layout(sizes, m)
-        self._lu = np.empty((n_int, int(self._lu_ptr[-1])))
-        self._piv = np.empty((n_int, int(self._piv_ptr[-1])), dtype=np.int64)
+        rows = m * np.diff(sp.member_ptr)
+        widths = np.where(sp.coupled, rows, 0) + np.diff(sp.reach_ptr) + k
+        self._lu_ptr, self._piv_ptr = _layout(tuple(rows.tolist()), tuple(widths.tolist()))
+        groups, lanes = -(-n_int // stages.LANES), stages.LANES
+        self._lu = np.empty((groups, int(self._lu_ptr[-1]), lanes))
+        self._piv = np.empty((groups, int(self._piv_ptr[-1]), lanes), dtype=np.int64)
+        self._feed = np.empty((groups, m * sp.up.shape[1], lanes))
         self._sens = np.empty((n_int, m * n, n + k))
         self._matrix = matrix
-        sign_stage, log_stage = kern.factor_stages(
-            matrix.jac, matrix.step, matrix.stage_scal, scheme.d, scheme.d0, scheme.d_inv, *_structure(sp),
-            sp.reach_ptr, sp.reach, self._lu_ptr, self._lu, self._piv_ptr, self._piv, self._sens,
+        sign_stage, log_stage = stages.factor_stages(
+            matrix.jac, matrix.step, matrix.stage_scal, scheme.d, scheme.d0, scheme.d_inv, sp.member_ptr, sp.members,
+            sp.coupled, sp.own_ptr, sp.own, sp.up_ptr, sp.up, sp.reach_ptr, sp.reach, self._lu_ptr, self._lu,
+            self._piv_ptr, self._piv, self._feed, self._sens,
         )  # fmt: skip
         self._merged = np.empty((n_int - 1, 2 * n + r, 3 * n + k))
         self._merge_piv = np.empty((n_int - 1, n), dtype=np.int64)
@@ -110,14 +113,14 @@ class NumbaFactorization:
             self.sign, self.log_det = 0.0, -np.inf
 
     def solve(self, rhs: Blocks) -> Columns:
-        kern, a = kernels(), self._matrix
+        (stages, kern), a = kernels(), self._matrix
         n_int, m, n, k = a.sizes
         stage = rhs.stage.reshape(n_int, m * n).copy()
         shaped, chain, dense = stage.reshape(n_int, m, n), rhs.chain.copy(), rhs.dense.copy()
         if stage.any():  # kernel vectors have no residual
-            kern.solve_stages(
-                stage, a.jac, a.step, a.scheme.d_inv, *_structure(a.sparsity), self._lu_ptr, self._lu, self._piv_ptr,
-                self._piv,
+            stages.solve_stages(
+                stage, a.scheme.d_inv, *_structure(a.sparsity), self._lu_ptr, self._lu, self._piv_ptr, self._piv,
+                self._feed,
             )  # fmt: skip
             chain += np.einsum("i,jia->ja", a.scheme.c_stage, shaped)
             dense -= a.dense.reshape(len(rhs.dense), stage.size) @ stage.ravel()
@@ -131,13 +134,14 @@ class NumbaFactorization:
         return Columns(shaped, mesh, scalars)
 
     def solve_transposed(self, rhs: Columns) -> Blocks:
-        kern, a = kernels(), self._matrix
+        (stages, kern), a = kernels(), self._matrix
         n_int, m, n, _ = a.sizes
         stage = rhs.stage.reshape(n_int, m * n)
         c_mesh, c_scal = rhs.mesh.copy(), rhs.scalars.copy()
         if stage.any():
-            c_mesh[:-1] += np.einsum("jra,jr->ja", self._sens[:, :, :n], stage)
-            c_scal += np.einsum("jrt,jr->t", self._sens[:, :, n:], stage)
+            pulled = np.matmul(stage[:, None, :], self._sens)[:, 0]
+            c_mesh[:-1] += pulled[:, :n]
+            c_scal += pulled[:, n:].sum(axis=0)
         q, r = a.b_left.shape[0], a.dense.shape[0]
         chain, ends, dense = np.empty((n_int, n)), np.empty(q), np.empty(r)
         kern.solve_mesh_transposed(
@@ -146,7 +150,7 @@ class NumbaFactorization:
         w = stage.reshape(n_int, m, n) + a.scheme.c_stage[:, None] * chain[:, None, :]
         w -= np.tensordot(dense, a.dense, axes=1)
         w = np.ascontiguousarray(w.reshape(n_int, m * n))
-        kern.solve_stages_transposed(
-            w, a.jac, a.step, a.scheme.d_inv, *_structure(a.sparsity), self._lu_ptr, self._lu, self._piv_ptr, self._piv
+        stages.solve_stages_transposed(
+            w, a.scheme.d_inv, *_structure(a.sparsity), self._lu_ptr, self._lu, self._piv_ptr, self._piv, self._feed
         )
         return Blocks(w.reshape(n_int, m, n), chain, ends, dense)
