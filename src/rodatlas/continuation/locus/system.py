@@ -39,6 +39,8 @@ KINDS = ("fold", "branch point")
 HOLD = 1e-4  # weight of 'no motion along the last direction' in units of the largest other; it matters only where
 # nothing else holds it, and would slow Newton's method down if all others were smaller (large forces: by 1e-3 and more)
 
+OPEN = 3.0  # times what the conditions say of the last direction: with more weight it counts as left open
+
 
 @dataclass(frozen=True)
 class Local:
@@ -91,9 +93,13 @@ class Local:
         return add(base, *zip(a.tolist(), self.directions, strict=True)), base_b + float(self.shares @ a)
 
     def _coefficients(self, matrix: np.ndarray, right: np.ndarray) -> np.ndarray | None:
-        """Solve the conditions (3, 3); where `hold` is set, a last direction that they leave open is left out."""
+        """Solve the conditions (3, 3); where `hold` is set, a last direction that they leave open is left out.
+
+        The weight is used only where it matters: elsewhere Newton's method would lose its quadratic convergence to it.
+        """
         try:
-            if self.hold == 0.0:
+            own = abs(np.asarray(np.linalg.qr(matrix, mode="r"))[-1, -1])  # what they say of the last direction
+            if self.hold < OPEN * own:
                 return np.linalg.solve(matrix, right)
             q, r = np.linalg.qr(np.vstack([matrix, [0.0, 0.0, self.hold]]))
             return np.linalg.solve(r, q.T @ np.append(right, 0.0))

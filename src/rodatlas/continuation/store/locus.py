@@ -2,7 +2,7 @@
 
 ::
 
-    attributes   schema, version, kind, free, ends, settings, pitchfork
+    attributes   schema, version, kind, free, ends, settings, pitchfork, unresolved
     /points      solutions; arclength, tangent, tests, unfolding, iterations
     /events      kind, parameter, status, what, coefficients; solutions; arclength, bracket, test
     /scale       unknowns, parameters
@@ -54,6 +54,7 @@ def write_locus(group: h5py.Group, locus: Locus) -> None:
     put_names(group, "ends", [reason.name for reason in locus.ends])
     group.attrs["settings"] = json.dumps(dict(locus.settings))
     group.attrs["pitchfork"] = locus.pitchfork
+    group.attrs["unresolved"] = locus.unresolved
     _write_points(group.create_group("points"), locus.points)
     _write_events(group.create_group("events"), locus.events)
     scale = group.create_group("scale")
@@ -68,7 +69,7 @@ def read_locus(group: h5py.Group) -> Locus:
     return Locus(
         get_names(group, "kind")[0], get_names(group, "free"), _read_points(group["points"]),
         _read_events(group["events"]), (EndReason[ends[0]], EndReason[ends[1]]), scale,
-        json.loads(group.attrs["settings"]), bool(group.attrs["pitchfork"]),
+        json.loads(group.attrs["settings"]), bool(group.attrs["pitchfork"]), int(group.attrs["unresolved"]),
     )  # fmt: skip
 
 
