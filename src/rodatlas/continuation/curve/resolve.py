@@ -61,13 +61,11 @@ def resolved(branch: Branch, frame: Frame, options: TraceOptions) -> Branch:
             solution = _settled(solution, name, frame, options)
         status = Status.CONVERGED if control.accepts(solution.error) else Status.UNRESOLVED
         special[i] = replace(item, solution=solution, status=status)
-    record = branch.verification
-    if record is not None:
-        errors = [p.solution.error for p in points] + [x.solution.error for x in special]
-        record = replace(
-            record, unresolved=sum(not control.accepts(error) for error in errors),
-            converged=sum(x.status is Status.CONVERGED and x.kind in ("fold", "branch point") for x in special),
-        )  # fmt: skip
+    errors = [p.solution.error for p in points] + [x.solution.error for x in special]
+    record = replace(
+        branch.verification, unresolved=sum(not control.accepts(error) for error in errors),
+        converged=sum(x.status is Status.CONVERGED and x.kind in ("fold", "branch point") for x in special),
+    )  # fmt: skip
     return replace(branch, points=tuple(points), special=tuple(special), verification=record)
 
 

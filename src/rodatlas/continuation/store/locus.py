@@ -1,4 +1,4 @@
-"""Files of loci: see `store.py` for the layout of what they share with branches.
+"""Loci in HDF5 files, as branches are.
 
 ::
 
@@ -20,16 +20,8 @@ import numpy as np
 from rodatlas.continuation.discrete.collocation import Scale
 from rodatlas.continuation.results.branch import EndReason, Status
 from rodatlas.continuation.results.locus import Locus, LocusEvent, LocusPoint
-from rodatlas.continuation.store.branch import (
-    atomic_hdf5,
-    checked_hdf5,
-    get_array,
-    get_names,
-    put_array,
-    put_names,
-    read_solutions,
-    write_solutions,
-)
+from rodatlas.continuation.store.hdf5 import atomic_hdf5, checked_hdf5, get_array, get_names, put_array, put_names
+from rodatlas.continuation.store.solutions import read_solutions, write_solutions
 
 if TYPE_CHECKING:
     import h5py
