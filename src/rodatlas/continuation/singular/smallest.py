@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from rodatlas.continuation.discrete.collocation import Collocation, scaled
+from rodatlas.continuation.discrete.random_fields import smooth_vectors
 from rodatlas.continuation.linear.matrix import Blocks, Columns, Factorization
 
 
@@ -21,10 +22,7 @@ def smallest_singular(
         return guess, 0.0
     x = guess
     if x is None:
-        rng, shape = np.random.default_rng(11), (*colloc.gauss.shape, len(colloc.scale.unknowns))
-        wave = rng.normal(size=(2, shape[2]))
-        stage = wave[0] + np.cos(np.pi * colloc.gauss)[..., None] * wave[1]
-        x = Columns(stage, np.zeros((len(colloc.mesh), shape[2])), rng.normal(size=scalars or len(colloc.free)))
+        (x,) = smooth_vectors(colloc, np.random.default_rng(11), 1, 2, scalars or len(colloc.free))
         x, passes = scaled(x, 1.0 / colloc.norm(x)), 3
     per_length = (colloc.step[:, None] / colloc.scheme.weights)[..., None]
     value = float("nan")
