@@ -188,14 +188,18 @@ def test_doubtful_points_are_settled_by_themselves(ignition: SpecialPoint) -> No
     locus = follow_locus(bvp, ignition, ("lam", "eps"), options, both=False)
     sought = Sought("fold")
 
-    def coarse(point):
+    def at(point):
         colloc = Collocation.at(bvp, point.solution, [0, 1], locus.scale)
-        frame = on_mesh(frame_at(sought, colloc, colloc.state(point.solution), options), np.linspace(0, 1, 6))
+        return colloc, colloc.state(point.solution)
+
+    def coarse(point):
+        frame = on_mesh(frame_at(sought, *at(point), options), np.linspace(0, 1, 6))
         found, _ = correct(sought, frame, frame.x, frame.tangent, options, exact=True)
         assert frame.colloc.norm(add(found.x, (-1.0, frame.x))) > 1e-7
         return replace(point, solution=found.colloc.solution(found.x, 1e-3))
 
-    again = resolved(replace(locus, points=tuple(map(coarse, locus.points))), bvp, sought, options)
+    first = frame_at(sought, *at(locus.points[0]), options)
+    again = resolved(replace(locus, points=tuple(map(coarse, locus.points))), first, sought, options)
     assert again.unresolved == 0
     for name in ("lam", "eps", "mean"):
         np.testing.assert_allclose(again.column(name), locus.column(name), atol=1e-6)

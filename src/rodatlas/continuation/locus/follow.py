@@ -78,7 +78,7 @@ def follow_locus(
         error.locus = _joined(forward, backward, EndReason.INTERRUPTED)  # type: ignore[attr-defined]
         raise
     whole = _joined(forward, backward, EndReason.CLOSED if both and backward is None else EndReason.START)
-    return resolved(whole, bvp, sought, options)
+    return resolved(whole, frame, sought, options)
 
 
 def _joined(forward: _Walk, backward: _Walk | None, start: EndReason) -> Locus:

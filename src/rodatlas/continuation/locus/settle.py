@@ -62,8 +62,11 @@ def first_frame(
 
     None when Newton does not converge; NotConverged when it does, but no mesh allowed meets the tolerance.
     """
-    scale = start.scale or Scale.of(bvp, start.solution)
-    frame = _frame_of(bvp, sought, on_allowed_mesh(start.solution, options), free, scale, options)
+    solution = on_allowed_mesh(start.solution, options)
+    if options.within:
+        solution = solution.remesh(symmetric_mesh(solution.mesh))
+    colloc = Collocation.at(bvp, solution, free, start.scale or Scale.of(bvp, start.solution), options.backend)
+    frame = frame_at(sought, colloc, restrict(colloc, options.within, colloc.state(solution), controls=2), options)
     if frame is None:
         return None
     frame = replace(frame, tangent=scaled(frame.tangent, 1.0 if frame.tangent.scalars[1] >= 0 else -1.0))
@@ -72,16 +75,6 @@ def first_frame(
         solution = found.frame.colloc.solution(found.frame.x, found.frame.error)
         raise NotConverged(found.missed, f"start of the locus at {solution!r}", solution)
     return found.frame
-
-
-def _frame_of(
-    bvp: BVP, sought: Sought, solution: Solution, free: list[int], scale: Scale, options: TraceOptions
-) -> LocusFrame | None:
-    """Frame on the locus close to a solution, on its mesh."""
-    if options.within:
-        solution = solution.remesh(symmetric_mesh(solution.mesh))
-    colloc = Collocation.at(bvp, solution, free, scale, options.backend)
-    return frame_at(sought, colloc, restrict(colloc, options.within, colloc.state(solution), controls=2), options)
 
 
 def resolved_event(stretch: Stretch, what: Watched, event: LocusEvent, names: tuple[str, ...]) -> LocusEvent:
@@ -115,24 +108,29 @@ def _on_mesh_of(at: LocusFrame, stretch: Stretch) -> Stretch | None:
     return None if left is None or right is None else replace(stretch, left=left, right=right)
 
 
-def resolved(locus: Locus, bvp: BVP, sought: Sought, options: TraceOptions) -> Locus:
-    """The locus with its doubtful points settled, and the number of those that miss the tolerance."""
+def resolved(locus: Locus, frame: LocusFrame, sought: Sought, options: TraceOptions) -> Locus:
+    """The locus with its doubtful points settled, and the number of those that miss the tolerance.
+
+    Parameters
+    ----------
+    frame : any of the locus, for its problem, free parameters and units.
+    """
     control, points, left = options.mesh, list(locus.points), MOST
     for i, point in enumerate(points):
         if not control.accepts(point.solution.error) and left:
             left -= 1
-            points[i] = replace(point, solution=_settled(point.solution, locus, bvp, sought, options))
+            points[i] = replace(point, solution=_settled(point.solution, frame, sought, options))
     errors = [p.solution.error for p in points] + [e.solution.error for e in locus.events]
     return replace(locus, points=tuple(points), unresolved=sum(not control.accepts(error) for error in errors))
 
 
-def _settled(solution: Solution, locus: Locus, bvp: BVP, sought: Sought, options: TraceOptions) -> Solution:
+def _settled(solution: Solution, frame: LocusFrame, sought: Sought, options: TraceOptions) -> Solution:
     """A solution on a mesh that meets the tolerance, on the locus across from it."""
-    free = [bvp.parameter_index(name) for name in locus.free]
-    frame = _frame_of(bvp, sought, solution, free, locus.scale, options)
-    if frame is None:
+    there = frame.colloc.on(solution.mesh)
+    start = frame_at(sought, there, there.state(solution), options)
+    if start is None:
         return solution
-    found = settled(sought, frame, options).frame
+    found = settled(sought, start, options).frame
     colloc: Collocation = found.colloc
     near = colloc.norm(add(found.x, (-1.0, colloc.state(solution)))) < NEAR
     return colloc.solution(found.x, found.error) if near else solution
