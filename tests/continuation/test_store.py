@@ -12,7 +12,8 @@ import pytest
 from bvp_problems import algebraic, bratu, constant, elastica
 
 from rodatlas.continuation import Branch, Discrepancy, NewtonCode, Solution, TraceOptions, switch, trace
-from rodatlas.continuation.store.branch import atomic_hdf5, checked_hdf5, read_branch, write_branch
+from rodatlas.continuation.store.branch import read_branch, write_branch
+from rodatlas.continuation.store.hdf5 import atomic_hdf5, checked_hdf5
 
 LOAD = ("P", "V")
 OPTIONS = TraceOptions(bounds={"P": (1.0, 100.0), "compression": (-0.1, 0.3)}, zeros={"P": 50.0})
@@ -139,7 +140,7 @@ def test_a_missing_folder_or_file_is_named(tmp_path: Path, column: Branch) -> No
 
 def test_foreign_new_and_damaged_files_are_refused(tmp_path: Path, column: Branch) -> None:
     path = tmp_path / "x.h5"
-    expected = r"x\.h5: expected a 'rodatlas/branch' file of version 1 or older, got "
+    expected = r"x\.h5: expected a 'rodatlas/branch' file of version 2, got "
     path.write_text("a,b\n1,2\n")
     with pytest.raises(ValueError, match=expected + "a damaged file"):
         Branch.load(path)
@@ -152,8 +153,8 @@ def test_foreign_new_and_damaged_files_are_refused(tmp_path: Path, column: Branc
         Branch.load(path)
     column.save(path)
     with h5py.File(path, "r+") as file:
-        file.attrs["version"] = 2
-    with pytest.raises(ValueError, match=expected + "version 2: update rodatlas"):
+        file.attrs["version"] = 1
+    with pytest.raises(ValueError, match=expected + "version 1: read it with the rodatlas that wrote it"):
         Branch.load(path)
     column.save(path)
     with h5py.File(path, "r+") as file:

@@ -23,10 +23,11 @@ from rodatlas.continuation import (
     switch,
     trace,
 )
+from rodatlas.continuation.curve.doubt import Doubt
 from rodatlas.continuation.curve.point import first_frame
 from rodatlas.continuation.curve.resolve import doubted, resolved
 from rodatlas.continuation.curve.settle import across, at_own_parameter, refined_within, settled
-from rodatlas.continuation.curve.walker import Doubt
+from rodatlas.continuation.discrete.mesh import monitor
 
 WIDE = TraceOptions(mesh=MeshControl(intervals=(10, 800)))
 STEP = 0.3137  # place at which the column gets four times as stiff
@@ -197,11 +198,12 @@ def test_settling_holds_the_parameter_and_refines_where_it_cannot_move() -> None
     held = settled(frame, TraceOptions(), (at_own_parameter(frame), across))
     assert held.missed is None
     assert held.frame.parameter == pytest.approx(1e-5, rel=1e-12)
-    mesh = refined_within(frame, 23)
+    places, density = frame.colloc.mesh, monitor(frame.colloc, frame.x)
+    mesh = refined_within(places, density, 23)
     assert len(mesh) == 24
-    assert set(frame.colloc.mesh) < set(mesh)
-    assert len(refined_within(frame, 40)) == 41
-    assert len(refined_within(frame, 20)) == 21
+    assert set(places) < set(mesh)
+    assert len(refined_within(places, density, 40)) == 41
+    assert len(refined_within(places, density, 20)) == 21
 
 
 def test_points_in_doubt_get_the_error_found_after_them() -> None:

@@ -5,7 +5,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from rodatlas.continuation import Status, TraceOptions, fold_locus_at, follow_locus, trace
+from rodatlas.continuation import Status, StepControl, TraceOptions, fold_locus_at, follow_locus, trace
+from rodatlas.continuation.discrete.collocation import Collocation, add
+from rodatlas.continuation.locus.point import Sought, frame_at
 from rodatlas.rods import Ends, rod_problem, state_at
 from rodatlas.rods.symmetry import asymmetry
 
@@ -50,6 +52,20 @@ def test_pitchforks_11_and_15_annihilate(u_branch):
     found = locus(u_branch[1], 0.0, 60.0)
     assert angles(found, "extremum", "psi0") == pytest.approx([56.293], abs=0.002)
     assert min(found.column("dD")[[0, -1]]) == pytest.approx(0.603240, abs=1e-6)
+
+
+def test_points_are_converged_where_pitchforks_meet(u_branch):
+    """There nothing but the symmetry holds the state along the kernel; one point was 1e-7 off, and said 3e-9."""
+    bounds = {"dD": (-0.1, 0.82), "psi0": (0.0, np.radians(80.0))}
+    found = follow_locus(
+        rod_problem(), u_branch[1], PLANE, TraceOptions(bounds=bounds, step=StepControl(maximum=200.0))
+    )
+    sought, free = Sought("branch point", pitchfork=True), [rod_problem().parameter_index(name) for name in PLANE]
+    for point in found.points:
+        colloc = Collocation.at(rod_problem(), point.solution, free, found.scale)
+        x = colloc.state(point.solution)
+        again = frame_at(sought, colloc, x, TraceOptions())
+        assert colloc.norm(add(again.x, (-1.0, x))) < 3e-9
 
 
 @pytest.fixture(scope="module")

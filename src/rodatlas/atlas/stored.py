@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, TypeVar
 
 from rodatlas.atlas.unfinished import Identified, Say, clear_leftover
 from rodatlas.continuation.checks import as_path
-from rodatlas.continuation.store.branch import checked_hdf5
+from rodatlas.continuation.store.hdf5 import checked_hdf5
 from rodatlas.files import remove_partials, set_aside
 
 if TYPE_CHECKING:

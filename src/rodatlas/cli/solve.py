@@ -82,7 +82,7 @@ def _expect(path: Path, identity: Identity) -> None:
 
 def _identity_in(path: Path) -> dict[str, object] | None:
     """What the file of a state says of itself; None where it is none."""
-    from rodatlas.continuation.store.branch import checked_hdf5
+    from rodatlas.continuation.store.hdf5 import checked_hdf5
 
     try:
         with checked_hdf5(path, "rodatlas/solution") as file:
@@ -93,7 +93,7 @@ def _identity_in(path: Path) -> dict[str, object] | None:
 
 def _write(path: Path, solution: Solution, identity: Identity, overwrite: bool) -> Path:
     """Write the state and its table, unless another run has written another one there meanwhile; the table's path."""
-    from rodatlas.continuation.store.branch import save_solution
+    from rodatlas.continuation.store.solutions import save_solution
     from rodatlas.plot.exports import solution_table, write_csv
 
     path.parent.mkdir(parents=True, exist_ok=True)

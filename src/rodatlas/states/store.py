@@ -10,7 +10,8 @@ from collections.abc import Mapping
 from dataclasses import asdict, fields
 from typing import Any
 
-from rodatlas.continuation.store.branch import atomic_hdf5, checked_hdf5, read_solutions, write_solutions
+from rodatlas.continuation.store.hdf5 import atomic_hdf5, checked_hdf5
+from rodatlas.continuation.store.solutions import read_solutions, write_solutions
 from rodatlas.rods.ends import Ends
 from rodatlas.states.discover import Discovery, FoundState
 

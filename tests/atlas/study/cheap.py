@@ -16,7 +16,8 @@ from rodatlas.atlas.study.kinds import Kind
 from rodatlas.atlas.study.kinds.base import nothing_required
 from rodatlas.atlas.study.task import task_of
 from rodatlas.continuation import BVP, MeshControl, Solution, TraceOptions, trace
-from rodatlas.continuation.store.branch import atomic_hdf5, write_branch
+from rodatlas.continuation.store.branch import write_branch
+from rodatlas.continuation.store.hdf5 import atomic_hdf5
 
 JOURNAL = "journal.txt"
 BRANCHES = 3

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 
 from rodatlas.atlas.loci.numbering import Stretch, pieces, stretches
 from rodatlas.atlas.loci.result import Loci, LociSettings
-from rodatlas.continuation.store.branch import atomic_hdf5, checked_hdf5
+from rodatlas.continuation.store.hdf5 import atomic_hdf5, checked_hdf5
 from rodatlas.continuation.store.locus import read_locus, write_locus
 
 if TYPE_CHECKING:

@@ -16,7 +16,7 @@ from rodatlas.atlas.phase.lines import Line
 from rodatlas.atlas.phase.regions import Face
 from rodatlas.atlas.phase.result import Interval, PhaseDiagram
 from rodatlas.atlas.phase.settings import PhaseSettings
-from rodatlas.continuation.store.branch import atomic_hdf5, checked_hdf5
+from rodatlas.continuation.store.hdf5 import atomic_hdf5, checked_hdf5
 
 if TYPE_CHECKING:
     import h5py

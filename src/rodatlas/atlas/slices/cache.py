@@ -7,7 +7,8 @@ from pathlib import Path
 
 from rodatlas.atlas.unfinished import CurveFolder
 from rodatlas.continuation import Branch, Solution
-from rodatlas.continuation.store.branch import atomic_hdf5, checked_hdf5, read_solutions, write_solutions
+from rodatlas.continuation.store.hdf5 import atomic_hdf5, checked_hdf5
+from rodatlas.continuation.store.solutions import read_solutions, write_solutions
 
 STATES = "rodatlas/slice states"
 

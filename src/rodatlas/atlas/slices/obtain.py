@@ -15,7 +15,7 @@ from rodatlas.atlas.stored import made_folder, peek, stored
 from rodatlas.atlas.unfinished import Say, silent
 from rodatlas.continuation import Branch
 from rodatlas.continuation.checks import check_type
-from rodatlas.continuation.store.branch import checked_hdf5
+from rodatlas.continuation.store.hdf5 import checked_hdf5
 from rodatlas.files import claimed, exact
 from rodatlas.progress import Progress, tells
 

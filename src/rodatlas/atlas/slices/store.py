@@ -16,14 +16,9 @@ from typing import TYPE_CHECKING
 from rodatlas.atlas.slices.follow import Followed
 from rodatlas.atlas.slices.result import Event, Slice, SliceBranch, State, StateEnd
 from rodatlas.atlas.slices.settings import SliceSettings
-from rodatlas.continuation.store.branch import (
-    atomic_hdf5,
-    checked_hdf5,
-    read_branch,
-    read_solutions,
-    write_branch,
-    write_solutions,
-)
+from rodatlas.continuation.store.branch import read_branch, write_branch
+from rodatlas.continuation.store.hdf5 import atomic_hdf5, checked_hdf5
+from rodatlas.continuation.store.solutions import read_solutions, write_solutions
 
 if TYPE_CHECKING:
     import h5py

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 from rodatlas.atlas.study.integrity import read_everything
 from rodatlas.atlas.study.kinds import KINDS
 from rodatlas.atlas.unfinished import settings_in
-from rodatlas.continuation.store.branch import DAMAGE
+from rodatlas.continuation.store.hdf5 import DAMAGE
 
 if TYPE_CHECKING:
     import h5py

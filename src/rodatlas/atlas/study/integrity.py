@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
-from rodatlas.continuation.store.branch import DAMAGE
+from rodatlas.continuation.store.hdf5 import DAMAGE
 
 
 def read_everything(path: Path) -> str:

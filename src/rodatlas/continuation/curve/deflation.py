@@ -30,6 +30,7 @@ from rodatlas.continuation.curve.start import NotConverged
 from rodatlas.continuation.curve.trace import solve
 from rodatlas.continuation.discrete.collocation import Collocation, Scale, add, free_indices, scaled
 from rodatlas.continuation.discrete.newton import Condition, NewtonCode, fixed, newton
+from rodatlas.continuation.discrete.random_fields import load_on_equations
 from rodatlas.continuation.discrete.solution import Solution
 from rodatlas.continuation.linear.matrix import Blocks, Columns, Factorization
 from rodatlas.continuation.problem.bvp import BVP
@@ -295,9 +296,7 @@ def _orthonormal(colloc: Collocation, vectors: Sequence[Columns]) -> list[Column
 
 def _response(colloc: Collocation, fac: Factorization, rng: np.random.Generator) -> Columns:
     """Unit response of the linearised problem to a smooth random load on its differential equations."""
-    bvp = colloc.bvp
-    cosines = np.cos(np.pi * colloc.gauss[..., None] * np.arange(WAVES))
-    load = colloc.step[:, None, None] * (cosines @ rng.normal(size=(WAVES, bvp.size)))
+    bvp, load = colloc.bvp, load_on_equations(colloc, rng, WAVES)
     chain = np.zeros((len(colloc.step), bvp.size))
     v = fac.solve(Blocks(load, chain, np.zeros(bvp.n_boundary + 1), np.zeros(bvp.n_integral)))
     return scaled(v, 1.0 / colloc.norm(v))

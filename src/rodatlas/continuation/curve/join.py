@@ -85,10 +85,10 @@ class Half:
                 options.on_point(step.point)
         guard.check()
         self.end = self.walker.end or EndReason.STOPPED
-        while self.failure is NewtonCode.NOT_FINITE and self.steps and not self._lastis_finite():
+        while self.failure is NewtonCode.NOT_FINITE and self.steps and not self._last_is_finite():
             self.steps.pop()  # its last correction left the domain of the right-hand side
 
-    def _lastis_finite(self) -> bool:
+    def _last_is_finite(self) -> bool:
         solution, colloc = self.steps[-1].point.solution, self.walker.frame.colloc
         there = Collocation.at(colloc.bvp, solution, list(colloc.free), colloc.scale, colloc.backend)
         return is_finite(there, there.state(solution))

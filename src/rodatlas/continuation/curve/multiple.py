@@ -16,18 +16,16 @@ from rodatlas.continuation.curve.events import Segment
 from rodatlas.continuation.curve.options import TraceOptions
 from rodatlas.continuation.discrete.collocation import Collocation, Row, add
 from rodatlas.continuation.discrete.newton import NewtonOptions, newton, plane
+from rodatlas.continuation.discrete.random_fields import smooth_vectors
 from rodatlas.continuation.linear.matrix import Blocks, Columns
-from rodatlas.continuation.singular.augmented import left_column
+from rodatlas.continuation.singular.bordered import BorderedSystem, combined_left, left_column
 from rodatlas.continuation.singular.kernel import (
     Kernel,
     combined,
-    combined_left,
-    left_vectors,
-    orthonormal,
     resolved,
-    solved,
 )
 from rodatlas.continuation.singular.rays import Rays
+from rodatlas.continuation.singular.smallest import orthonormal
 
 WATCHED = 4  # modes followed along a segment; more are taken when all of them become singular together
 SHORTEST = 1e-3  # arclength on which G is interpolated at least: points much closer to a singular one lose accuracy
@@ -172,17 +170,18 @@ def _multiple(
     The second value tells whether they are zeros of one mode, at a simple branch point.
     """
     colloc, count, (fraction, x) = segment.colloc, len(zeros), zeros[len(zeros) // 2]
-    at = solved(colloc, x, *border)
-    if at is None:
+    b = BorderedSystem(colloc, colloc.linearize(x), *border)
+    if b.is_singular:
         return None, False
-    u, sizes, vt = np.linalg.svd(at.g[:, 1:])
+    weakest, g = b.kernel()
+    u, sizes, vt = np.linalg.svd(g[:, 1:])
     count = min(count, int((sizes < 1e-2 * sizes[0]).sum()))
     if count < 2:
         return None, count == 1
-    lefts = left_vectors(colloc, at.fac, x, len(border[1]))
+    lefts = b.left_vectors()
     columns = [left_column(colloc, combined_left(lefts, u[:, -1 - i])) for i in range(count)]
     tangent = segment.direction(fraction)
-    vectors = [combined(at.vectors[1:], vt[-1 - i]) for i in range(count)]
+    vectors = [combined(weakest[1:], vt[-1 - i]) for i in range(count)]
     kernel = Kernel(colloc, x, (tangent, *orthonormal(colloc, vectors, [tangent])), tuple(columns))
     found, error = resolved(kernel, options.mesh)
     if not found.converged or found.residual > 1e-9 + options.mesh.tolerance:
@@ -214,11 +213,8 @@ def _watched(segment: Segment, count: int) -> tuple[list[Row], list[Blocks]] | N
             break
     else:
         return None
-    rng, n = np.random.default_rng(13), x.stage.shape[2]
     per_length = (colloc.step[:, None] / colloc.scheme.weights)[..., None]
-    waves = np.stack([np.cos(j * np.pi * colloc.gauss) for j in range(count + 1)])
-    stages = np.einsum("wji,cwa->cjia", waves, rng.normal(size=(count, count + 1, n)))
-    block = [Columns(s, np.zeros_like(x.mesh), rng.normal(size=len(colloc.free))) for s in stages]
+    block = smooth_vectors(colloc, np.random.default_rng(13), count, count + 1, len(colloc.free))
     lefts: list[Blocks] = []
     for _ in range(4):
         block = orthonormal(colloc, block)
@@ -279,10 +275,13 @@ def _zeros(
     places, samples, states = [], [], []
     for t in middle + half * np.cos(np.pi * (2 * np.arange(6) + 1) / 12):
         x = _on_branch(segment, t, curve(t), 0.1 * half * segment.step, options)
-        at = solved(segment.colloc, x, *border) if x is not None else None
-        if x is not None and at is not None and np.isfinite(at.g).all():
+        b = BorderedSystem(segment.colloc, segment.colloc.linearize(x), *border) if x is not None else None
+        if x is None or b is None or b.is_singular:
+            continue
+        g = b.kernel()[1]
+        if np.isfinite(g).all():
             places.append(float(t))
-            samples.append(at.g[:, 1:])
+            samples.append(g[:, 1:])
             states.append(x)
     if len(samples) < 3:
         return None

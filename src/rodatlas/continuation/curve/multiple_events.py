@@ -18,6 +18,7 @@ from rodatlas.continuation.curve.events import (
 from rodatlas.continuation.curve.multiple import TOGETHER, MultiplePoint, SingularPlace, search_places
 from rodatlas.continuation.curve.options import TraceOptions
 from rodatlas.continuation.discrete.collocation import Collocation, add, scaled
+from rodatlas.continuation.discrete.random_fields import smooth_vectors
 from rodatlas.continuation.linear.matrix import Columns
 from rodatlas.continuation.results.branch import SpecialPoint, Status
 from rodatlas.continuation.singular.augmented import Augmented
@@ -128,10 +129,8 @@ def second_weakness(colloc: Collocation, found: Augmented) -> float:
     assert found.column is not None
     rows = [colloc.row(scaled(v, 1.0 / colloc.norm(v))) for v in found.vectors]
     fac = colloc.factor(colloc.linearize(found.state), rows, [found.column])
-    rng, x = np.random.default_rng(29), found.state
-    wave = rng.normal(size=(2, x.stage.shape[2]))
-    stage = wave[0] + np.cos(np.pi * colloc.gauss)[..., None] * wave[1]
-    guess: Columns | None = Columns(stage, np.zeros_like(x.mesh), rng.normal(size=len(colloc.free) + 1))
+    guess: Columns | None
+    (guess,) = smooth_vectors(colloc, np.random.default_rng(29), 1, 2, len(colloc.free) + 1)
     value = 0.0
     for _ in range(2):
         guess, value = smallest_singular(colloc, fac, guess)

@@ -9,8 +9,9 @@ import numpy as np
 from rodatlas.continuation.curve.options import TraceOptions
 from rodatlas.continuation.discrete.collocation import Collocation, Scale, add, predicted, scaled
 from rodatlas.continuation.discrete.newton import NewtonCode, NewtonResult, fixed, is_singular_around, newton, plane
+from rodatlas.continuation.discrete.random_fields import displacement, load_on_equations
 from rodatlas.continuation.discrete.solution import Solution
-from rodatlas.continuation.linear.matrix import Blocks, Columns, Factorization
+from rodatlas.continuation.linear.matrix import Columns, Factorization
 from rodatlas.continuation.problem.bvp import BVP
 from rodatlas.continuation.singular.augmented import kernel_directions
 from rodatlas.continuation.singular.ray_start import ray_at
@@ -119,7 +120,7 @@ def first_frame(
     name = bvp.parameter_names[free[0]]
     held = fixed(name, solution.parameter(name))(colloc)
     failed = None
-    directions = _directions(x, len(free))
+    directions = _directions(colloc, x, len(free))
     for i, guess in enumerate(directions):
         result = newton(colloc, x, [plane(colloc, guess, x) if i else held], options.newton)
         if not result.converged:
@@ -140,11 +141,10 @@ def first_frame(
     return None, failed
 
 
-def _directions(x: Columns, k: int) -> list[Columns]:
+def _directions(colloc: Collocation, x: Columns, k: int) -> list[Columns]:
     """Directions to try for the first tangent: the parameter, then (at a fold) a smooth change of the unknowns."""
     parameter = Columns(np.zeros_like(x.stage), np.zeros_like(x.mesh), np.eye(k)[0])
-    shift = np.random.default_rng(3).normal(size=x.stage.shape[2])
-    return [parameter, Columns(np.tile(shift, (*x.stage.shape[:2], 1)), np.tile(shift, (len(x.mesh), 1)), np.zeros(k))]
+    return [parameter, replace(displacement(colloc, np.random.default_rng(3), k), scalars=np.zeros(k))]
 
 
 def _is_regular(frame: Frame) -> bool:
@@ -158,9 +158,8 @@ def _is_regular(frame: Frame) -> bool:
     if fac.sign == 0.0:
         return False
     rhs = colloc.right_hand_side(None, [row], [1.0])
-    weights = np.random.default_rng(5).normal(size=(2, x.stage.shape[2]))
-    smooth = (weights[0] + colloc.gauss[..., None] * weights[1]) * colloc.step[:, None, None]
-    return colloc.norm(fac.solve(Blocks(smooth, rhs.chain, rhs.ends, rhs.dense))) < 1e6
+    load = load_on_equations(colloc, np.random.default_rng(5), 2)
+    return colloc.norm(fac.solve(replace(rhs, stage=load))) < 1e6
 
 
 def _at_branch_point(colloc: Collocation, x: Columns, along: Columns, options: TraceOptions) -> Frame | None:

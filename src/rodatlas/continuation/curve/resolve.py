@@ -10,10 +10,10 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import replace
 
+from rodatlas.continuation.curve.doubt import Doubt, marked
 from rodatlas.continuation.curve.options import TraceOptions
 from rodatlas.continuation.curve.point import Frame, first_frame
 from rodatlas.continuation.curve.settle import across, at_own_parameter, at_value, settled
-from rodatlas.continuation.curve.walker import Doubt
 from rodatlas.continuation.discrete.collocation import Collocation, add
 from rodatlas.continuation.discrete.solution import Solution
 from rodatlas.continuation.results.branch import Branch, Point, SpecialPoint, Status
@@ -29,20 +29,12 @@ def doubted(points: Sequence[Point], special: Sequence[SpecialPoint], doubts: Se
     if not doubts:
         return list(points), list(special)
 
-    def marked(solution: Solution, arclength: float) -> Solution:
-        errors = [d.error for d in doubts if d.low <= arclength <= d.high]
-        return replace(solution, error=max(errors, key=_rank)) if errors else solution
-
     zeros = [x.kind not in ("fold", "branch point") for x in special]
     return (
-        [replace(p, solution=marked(p.solution, p.arclength)) for p in points],
-        [replace(x, solution=marked(x.solution, x.arclength)) if zero else x
+        [replace(p, solution=marked(p.solution, p.arclength, doubts)) for p in points],
+        [replace(x, solution=marked(x.solution, x.arclength, doubts)) if zero else x
          for x, zero in zip(special, zeros, strict=True)],
     )  # fmt: skip
-
-
-def _rank(error: float) -> float:
-    return error if error == error else float("inf")
 
 
 def resolved(branch: Branch, frame: Frame, options: TraceOptions) -> Branch:
@@ -69,13 +61,11 @@ def resolved(branch: Branch, frame: Frame, options: TraceOptions) -> Branch:
             solution = _settled(solution, name, frame, options)
         status = Status.CONVERGED if control.accepts(solution.error) else Status.UNRESOLVED
         special[i] = replace(item, solution=solution, status=status)
-    record = branch.verification
-    if record is not None:
-        errors = [p.solution.error for p in points] + [x.solution.error for x in special]
-        record = replace(
-            record, unresolved=sum(not control.accepts(error) for error in errors),
-            converged=sum(x.status is Status.CONVERGED and x.kind in ("fold", "branch point") for x in special),
-        )  # fmt: skip
+    errors = [p.solution.error for p in points] + [x.solution.error for x in special]
+    record = replace(
+        branch.verification, unresolved=sum(not control.accepts(error) for error in errors),
+        converged=sum(x.status is Status.CONVERGED and x.kind in ("fold", "branch point") for x in special),
+    )  # fmt: skip
     return replace(branch, points=tuple(points), special=tuple(special), verification=record)
 
 

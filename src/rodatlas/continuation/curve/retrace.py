@@ -30,7 +30,7 @@ def rechecked(branch: Branch, frame: Frame, options: TraceOptions) -> Branch:
     """
     record = branch.verification
     places = suspicious(branch)[:MOST]
-    if record is None or not places:
+    if not places:
         return branch
     special, discrepancies = list(branch.special), list(branch.discrepancies)
     cleared = spent = 0

@@ -9,13 +9,14 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from typing import Generic, Protocol, TypeVar
 
 import numpy as np
 
 from rodatlas.continuation.curve.damped import damped_newton
 from rodatlas.continuation.curve.options import TraceOptions
 from rodatlas.continuation.curve.point import Frame, with_tests
-from rodatlas.continuation.discrete.collocation import scaled
+from rodatlas.continuation.discrete.collocation import Collocation, scaled
 from rodatlas.continuation.discrete.mesh import (
     ErrorEstimate,
     MeshControl,
@@ -32,15 +33,45 @@ PASSES = 24  # meshes at one state: 6 doublings lead from the fewest intervals t
 STALLED = 0.7  # of the smallest error so far: a mesh that may not grow and brings no less is no progress
 PATIENCE = 3  # meshes without progress: places that were found from a state that oscillates need several moves
 
+
+class Meshed(Protocol):
+    """What is settled: the dataclass of a point with a discretization, a state and an error."""
+
+    @property
+    def colloc(self) -> Collocation: ...
+
+    @property
+    def error(self) -> float: ...
+
+
+F = TypeVar("F", bound=Meshed)
+
+
+class Settling(Protocol[F]):
+    """How the points of one kind of curve are measured and corrected on another mesh."""
+
+    def measured(self, frame: F) -> ErrorEstimate:
+        """Its error, from the mesh of halved intervals."""
+
+    def density(self, frame: F) -> np.ndarray:
+        """Where its mesh wants points (N,)."""
+
+    def corrected(self, frame: F, mesh: np.ndarray, finer: bool) -> tuple[F | None, int]:
+        """The frame at the same point on another mesh, None where Newton fails; and iterations spent.
+
+        `finer` says that the mesh holds all old points.
+        """
+
+
 Hold = Callable[[Frame], Condition]
 """The condition that singles out a point of the branch, on the mesh of a frame."""
 
 
 @dataclass(frozen=True)
-class Settled:
+class Settled(Generic[F]):
     """A frame with its estimated error, the Newton iterations spent, and why the tolerance is missed (else None)."""
 
-    frame: Frame
+    frame: F
     spent: int
     missed: EndReason | None
 
@@ -61,21 +92,46 @@ def at_own_parameter(frame: Frame) -> Hold:
     return at_value(frame.colloc.bvp.parameter_names[index], float(frame.colloc.parameters(frame.x)[index]))
 
 
-def settled(frame: Frame, options: TraceOptions, holds: Sequence[Hold], anywhere: bool = False) -> Settled:
-    """Adapt the mesh at one point until its size and error have settled.
+def settled(frame: Frame, options: TraceOptions, holds: Sequence[Hold], anywhere: bool = False) -> Settled[Frame]:
+    """Adapt the mesh at one point of a branch until its size and error have settled.
 
     Parameters
     ----------
     holds : tried in turn on each mesh: the first one under which Newton converges corrects the state.
     anywhere : accept a state further away, or beyond a fold, and fall back to a damped iteration.
     """
-    control, best, spent, stalls = options.mesh, frame, 0, 0
+    found = settle(frame, options.mesh, _OnBranch(options.newton, tuple(holds), anywhere))
+    return replace(found, frame=with_tests(found.frame))
+
+
+@dataclass(frozen=True)
+class _OnBranch:
+    """Points of a branch, see :func:`settled`."""
+
+    newton: NewtonOptions
+    holds: tuple[Hold, ...]
+    anywhere: bool
+
+    def measured(self, frame: Frame) -> ErrorEstimate:
+        return error_estimate(frame.colloc, frame.x, frame.tangent)
+
+    def density(self, frame: Frame) -> np.ndarray:
+        return monitor(frame.colloc, frame.x)
+
+    def corrected(self, frame: Frame, mesh: np.ndarray, finer: bool) -> tuple[Frame | None, int]:
+        moved = frame.on_mesh(mesh)
+        return corrected(moved, self.newton, self.holds, self.anywhere, damped=self.anywhere and finer)
+
+
+def settle(frame: F, control: MeshControl, curve: Settling[F]) -> Settled[F]:
+    """Adapt the mesh at one point of a curve until its size and error have settled."""
+    best, spent, stalls = frame, 0, 0
     estimate, least = ErrorEstimate(float("nan"), float("nan")), np.inf
     for _ in range(PASSES):
         before = len(frame.colloc.step)
         if not control.is_fixed_size:
-            estimate, spent = error_estimate(frame.colloc, frame.x, frame.tangent), spent + 2
-            frame = replace(frame, error=estimate.error)
+            estimate, spent = curve.measured(frame), spent + 2
+            frame = _with_error(frame, estimate.error)
         if not estimate.error >= least:
             best = frame
         intervals = wanted(control, before, estimate)
@@ -86,7 +142,7 @@ def settled(frame: Frame, options: TraceOptions, holds: Sequence[Hold], anywhere
         least = min(least, estimate.error)
         if estimate.jumps and estimate.error <= control.tolerance:
             break  # elsewhere the jump would lie otherwise in its interval
-        found, more = _on_better_mesh(frame, intervals, options, holds, anywhere)
+        found, more = _on_better_mesh(frame, intervals, control, curve)
         spent += more
         if found is None:
             break
@@ -94,10 +150,14 @@ def settled(frame: Frame, options: TraceOptions, holds: Sequence[Hold], anywhere
         if control.is_fixed_size or (estimate.error <= control.tolerance and intervals == before):
             best = frame  # points that are enough, at better places
             break
-    return Settled(with_tests(best), spent, _missed(best, estimate, control))
+    return Settled(best, spent, _missed(best, estimate, control))
 
 
-def _missed(frame: Frame, estimate: ErrorEstimate, control: MeshControl) -> EndReason | None:
+def _with_error(frame: F, error: float) -> F:
+    return replace(frame, error=error)  # type: ignore[type-var]
+
+
+def _missed(frame: Meshed, estimate: ErrorEstimate, control: MeshControl) -> EndReason | None:
     """Why the error of a settled frame exceeds what is accepted; None where it does not."""
     if control.accepts(frame.error):
         return None
@@ -106,33 +166,29 @@ def _missed(frame: Frame, estimate: ErrorEstimate, control: MeshControl) -> EndR
     return EndReason.MESH_LIMIT if 2 * len(frame.colloc.step) > control.intervals[1] else EndReason.UNREFINED
 
 
-def _on_better_mesh(
-    frame: Frame, intervals: int, options: TraceOptions, holds: Sequence[Hold], anywhere: bool
-) -> tuple[Frame | None, int]:
+def _on_better_mesh(frame: F, intervals: int, control: MeshControl, curve: Settling[F]) -> tuple[F | None, int]:
     """The state corrected on a mesh of better places or, where that fails and more are needed, on a finer one."""
-    colloc, control, spent = frame.colloc, options.mesh, 0
-    meshes = [equidistribute(colloc.mesh, monitor(colloc, frame.x), intervals)]
+    colloc, spent, density = frame.colloc, 0, curve.density(frame)
+    meshes = [equidistribute(colloc.mesh, density, intervals)]
     if not (control.is_fixed_size or frame.error <= control.tolerance):
-        meshes += [refined_within(frame, control.intervals[1])]
+        meshes += [refined_within(colloc.mesh, density, control.intervals[1])]
     for i, mesh in enumerate(meshes):
         if len(mesh) - 1 > control.intervals[1] or (i > 0 and len(mesh) == len(colloc.mesh)):
             continue
-        moved = frame.on_mesh(mesh if colloc.within is None else colloc.within.mesh(mesh))
-        found, more = corrected(moved, options.newton, holds, anywhere, damped=anywhere and i > 0)
+        found, more = curve.corrected(frame, mesh if colloc.within is None else colloc.within.mesh(mesh), i > 0)
         spent += more
         if found is not None:
-            shrunk = max(1.0, len(colloc.step) / len(moved.colloc.step)) ** (2 * colloc.scheme.points)
-            return replace(found, error=frame.error * shrunk), spent
+            shrunk = max(1.0, len(colloc.step) / len(found.colloc.step)) ** (2 * colloc.scheme.points)
+            return _with_error(found, frame.error * shrunk), spent
     return None, spent
 
 
-def refined_within(frame: Frame, most: int) -> np.ndarray:
+def refined_within(mesh: np.ndarray, density: np.ndarray, most: int) -> np.ndarray:
     """All intervals halved or, where that makes too many, those in which the mesh wants most points."""
-    mesh = frame.colloc.mesh
     room = most - (len(mesh) - 1)
     if room >= len(mesh) - 1:
         return halved(mesh)
-    worst = np.argsort(-monitor(frame.colloc, frame.x) * np.diff(mesh), kind="stable")[: max(0, room)]
+    worst = np.argsort(-density * np.diff(mesh), kind="stable")[: max(0, room)]
     return np.sort(np.concatenate([mesh, (mesh[worst] + mesh[worst + 1]) / 2]))
 
 

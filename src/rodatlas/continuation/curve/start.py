@@ -58,7 +58,7 @@ def first_state(
     A guess by hand, which is a function rather than a state of one mesh, is tried on finer meshes too.
     """
     indices = free_indices(bvp, free)
-    guess = _on_allowed_mesh(_checked(bvp, guess), options)
+    guess = on_allowed_mesh(_checked(bvp, guess), options)
     scale = scale or unit_of_bounds(bvp, guess, indices, options)
     by_hand = not np.isfinite(guess.error)  # from a computed solution a step that is too long should fail
     while True:
@@ -116,7 +116,7 @@ def unit_of_bounds(bvp: BVP, guess: Solution, free: list[int], options: TraceOpt
     return scale
 
 
-def _on_allowed_mesh(guess: Solution, options: TraceOptions) -> Solution:
+def on_allowed_mesh(guess: Solution, options: TraceOptions) -> Solution:
     """The guess with the Gauss points, and a number of intervals, of the options."""
     mesh = options.mesh
     fewest, most = mesh.intervals

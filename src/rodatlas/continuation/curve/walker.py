@@ -8,6 +8,7 @@ from itertools import pairwise
 
 import numpy as np
 
+from rodatlas.continuation.curve.doubt import Doubt
 from rodatlas.continuation.curve.events import (
     EDGE,
     Located,
@@ -22,8 +23,9 @@ from rodatlas.continuation.curve.multiple_events import told_apart
 from rodatlas.continuation.curve.options import TraceOptions
 from rodatlas.continuation.curve.point import Frame
 from rodatlas.continuation.curve.settle import across, settled
-from rodatlas.continuation.discrete.collocation import Scale, add, arc_length, arc_over_sine
-from rodatlas.continuation.discrete.mesh import ACCEPTED
+from rodatlas.continuation.discrete.collocation import add, arc_length, arc_over_sine
+from rodatlas.continuation.discrete.growth import LastLook
+from rodatlas.continuation.discrete.mesh import ACCEPTED, monitor
 from rodatlas.continuation.discrete.newton import NewtonCode, fixed, newton, plane
 from rodatlas.continuation.results.branch import EndReason, Point, SpecialPoint
 from rodatlas.continuation.results.verification import NEARLY_SINGULAR, ROUND_OFF, UNRESOLVED_MODE, Discrepancy
@@ -40,15 +42,6 @@ class Step:
     special: tuple[SpecialPoint, ...] = ()
     discrepancy: Discrepancy | None = None
     repeated: bool = False
-
-
-@dataclass(frozen=True)
-class Doubt:
-    """Arclengths between two estimates of the error, of which the second is more than accepted."""
-
-    low: float
-    high: float
-    error: float
 
 
 @dataclass(frozen=True)
@@ -95,10 +88,7 @@ class Walker:
         self.unseen: list[Discrepancy] = []
         self._window = [self._first]  # points since the mesh was looked at
         self._singular: list[SpecialPoint] = []  # branch points passed
-
-    @property
-    def scale(self) -> Scale:
-        return self.start.colloc.scale
+        self._looked = LastLook.at(frame.colloc, frame.error, monitor(frame.colloc, frame.x))
 
     def first_point(self) -> Point:
         """The start itself as a point."""
@@ -109,8 +99,9 @@ class Walker:
         self._measure_end()
 
     def _walk(self) -> Iterator[Step]:
+        control = self.options.mesh
         while self.end is None:
-            if self._count and self._count % self.options.mesh.every == 0:
+            if self._count and (self._count % control.every == 0 or self._is_over()):
                 self._adapt()
             step = self._advance() if self.end is None else None
             if step is None:
@@ -123,6 +114,11 @@ class Walker:
             if self.options.on_point is not None:
                 self.options.on_point(self.last)
             yield step
+
+    def _is_over(self) -> bool:
+        """Whether the error that is expected by now asks for another look at the mesh, before its turn."""
+        here = self.frame
+        return self._looked.is_over(here.colloc, monitor(here.colloc, here.x), self.options.mesh)
 
     # -- one step -------------------------------------------------------------------------------------------------
 
@@ -340,7 +336,7 @@ class Walker:
     def _adapt(self) -> None:
         """Let the mesh follow; where the error is more than a step may correct, or than is accepted, settle it here."""
         control, here = self.options.mesh, self.frame
-        found = adapted(here, self.options, first=self._count == self.options.mesh.every)
+        found = adapted(here, self.options, first=self._window[0] is self._first)
         self.newton_iterations += found.spent
         self._measured(found.error, found.resolved and self._accounts_for(found.frame.expected))
         self.frame = found.frame
@@ -355,6 +351,8 @@ class Walker:
                 self.newton_iterations += spent
             if better.missed in (EndReason.MESH_LIMIT, EndReason.UNREFINED):
                 self.end = better.missed
+        here = self.frame
+        self._looked = LastLook.at(here.colloc, here.error, monitor(here.colloc, here.x))
 
     def _accounts_for(self, expected: tuple[float, ...]) -> bool:
         """Whether every branch point that is seen behind, on the points of the window, is one that was located.
@@ -374,7 +372,7 @@ class Walker:
 
     def _measure_end(self) -> None:
         """Look at the last point too, for the mesh has followed since the last adaptation only so far."""
-        if self._count % self.options.mesh.every and not self.options.mesh.is_fixed_size:
+        if len(self._window) > 1 and not self.options.mesh.is_fixed_size:
             error, resolved = measured_at(self.frame, self.options)
             self.newton_iterations += 2
             self._measured(error, resolved)

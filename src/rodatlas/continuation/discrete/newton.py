@@ -10,6 +10,7 @@ import numpy as np
 
 from rodatlas.continuation.checks import check_fields
 from rodatlas.continuation.discrete.collocation import Collocation, Linearization, Row, add
+from rodatlas.continuation.discrete.random_fields import displacement
 from rodatlas.continuation.linear.matrix import Blocks, Columns, Factorization
 
 Condition = Callable[[Columns], tuple[float, Row]]
@@ -126,13 +127,8 @@ def is_singular_around(colloc: Collocation, x: Columns, row: Row, tangent: Colum
     What is left undetermined only by the solutions themselves, as the period of an oscillation of amplitude zero, shows
     nowhere else than along them: with a tangent, the states near by are also those along it and along each parameter.
     """
-    rng, n = np.random.default_rng(17), x.stage.shape[2]
-    shift, slope = 1e-3 * rng.normal(size=(2, n))
-    near = Columns(
-        x.stage + shift + colloc.gauss[..., None] * slope,
-        x.mesh + shift + colloc.mesh[:, None] * slope,
-        x.scalars + 1e-3 * rng.normal(size=x.scalars.shape),
-    )
+    rng = np.random.default_rng(17)
+    near = add(x, (1e-3, displacement(colloc, rng, len(x.scalars), terms=2)))
     if not _is_singular(colloc, x, row, rng):
         return False
     if _is_singular(colloc, near, row, rng):

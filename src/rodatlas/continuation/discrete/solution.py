@@ -103,14 +103,14 @@ class Solution:
 
     def save(self, path: str | os.PathLike[str]) -> None:
         """Write to an HDF5 file, which replaces an older one only when complete."""
-        from rodatlas.continuation.store.branch import save_solution
+        from rodatlas.continuation.store.solutions import save_solution
 
         save_solution(path, self)
 
     @classmethod
     def load(cls, path: str | os.PathLike[str]) -> Solution:
         """Read what :meth:`save` wrote; ValueError when the file is damaged or holds something else."""
-        from rodatlas.continuation.store.branch import load_solution
+        from rodatlas.continuation.store.solutions import load_solution
 
         return load_solution(path)
 

@@ -6,14 +6,17 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 from rodatlas.continuation.checks import check_each, check_type
+from rodatlas.continuation.curve.doubt import Doubt, marked
 from rodatlas.continuation.curve.options import TraceOptions
 from rodatlas.continuation.curve.trace import NotConverged
 from rodatlas.continuation.discrete.collocation import add, arc_length, free_indices, scaled
+from rodatlas.continuation.discrete.growth import LastLook
 from rodatlas.continuation.discrete.newton import NewtonCode
 from rodatlas.continuation.locus.double_zeros import cut_between
 from rodatlas.continuation.locus.events import PITCHFORK, crowded, locate, watched, with_sure_signs
-from rodatlas.continuation.locus.point import LocusFrame, Sought, adapted, correct, first_frame
+from rodatlas.continuation.locus.point import LocusFrame, Sought, adapted, correct, density_of, error_of, on_mesh
 from rodatlas.continuation.locus.segment import Stretch
+from rodatlas.continuation.locus.settle import first_frame, resolved, resolved_event, settled
 from rodatlas.continuation.problem.bvp import BVP
 from rodatlas.continuation.results.branch import EndReason, SpecialPoint, Status
 from rodatlas.continuation.results.locus import Locus, LocusEvent, LocusPoint
@@ -43,7 +46,7 @@ def follow_locus(
     ValueError
         when the point is of another kind, or the names do not fit the problem.
     NotConverged
-        when Newton does not converge from the start.
+        when Newton does not converge from the start, or no mesh allowed meets the tolerance there.
     BaseException
         what interrupted the run (Ctrl-C, an error in `on_point`), with the part computed so far in its attribute
         `locus`, whose end there is `EndReason.INTERRUPTED`.
@@ -74,14 +77,15 @@ def follow_locus(
     except BaseException as error:
         error.locus = _joined(forward, backward, EndReason.INTERRUPTED)  # type: ignore[attr-defined]
         raise
-    return _joined(forward, backward, EndReason.CLOSED if both and backward is None else EndReason.START)
+    whole = _joined(forward, backward, EndReason.CLOSED if both and backward is None else EndReason.START)
+    return resolved(whole, frame, sought, options)
 
 
 def _joined(forward: _Walk, backward: _Walk | None, start: EndReason) -> Locus:
     """The locus from its two halves; `start` is the first end's reason when there is one half only."""
-    points, events, first = forward.points, forward.events, start
+    points, events, first = forward.marked_points(), forward.events, start
     if backward is not None:
-        points = [_flipped(p) for p in reversed(backward.points[1:])] + points
+        points = [_flipped(p) for p in reversed(backward.marked_points()[1:])] + points
         events = [_flipped_event(e) for e in reversed(backward.events)] + events
         first = backward.end or EndReason.INTERRUPTED
     cusps = [e.arclength for e in events if e.kind == "cusp"]
@@ -131,6 +135,9 @@ class _Walk:
         self.end: EndReason | None = None
         self.points = [self._point(frame)]
         self.events: list[LocusEvent] = []
+        self._doubts: list[Doubt] = []
+        self._since = 0.0  # arclength at which the error was estimated last
+        self._looked = LastLook.at(frame.colloc, frame.error, density_of(frame))
 
     def run(self) -> None:
         """Walk until there is a reason to end."""
@@ -155,6 +162,7 @@ class _Walk:
             self.end = EndReason.RANGE if at_bound else None
             self._accept(stretch, events)
             step = largest = control.next_step(step, tried[2], stretch.right.iterations)
+        self._measure_end()
 
     def _events(self, stretch: Stretch, step: float, largest: float) -> list[LocusEvent] | None:
         """The special points on a stretch; None when a shorter step should tell more."""
@@ -164,6 +172,7 @@ class _Walk:
         events = [locate(stretch, w, self.names) for w in found]
         if step > largest / 16 and any(e.status is Status.BRACKETED for e in events):
             return None
+        events = [resolved_event(stretch, w, e, self.names) for w, e in zip(found, events, strict=True)]
         return sorted(events, key=lambda e: e.arclength)
 
     def _attempt(self, step: float) -> tuple[LocusFrame, float, float] | None:
@@ -191,14 +200,16 @@ class _Walk:
     def _accept(self, stretch: Stretch, events: list[LocusEvent]) -> None:
         ending = next((e for e in events if self.sought.kind == "fold" and e.kind == "criticality"), None)
         if ending is not None:  # beyond it the locus is its own mirror image
+            self._measure_end()
             self.events += [e for e in events if e.arclength <= ending.arclength]
-            self.arclength = ending.arclength
+            self.arclength = self._since = ending.arclength
             self.points.append(replace(self._point(stretch.left), solution=ending.solution))
             self.end = EndReason.CRITICALITY
             return
         closing = stretch.passes(self.start) if self.end is None and len(self.points) >= 4 else None
         if closing is not None:
-            self.arclength += closing * stretch.step
+            self._measure_end()
+            self.arclength = self._since = self.arclength + closing * stretch.step
             self.events += [e for e in events if self._is_new(e)]
             self.points.append(replace(self.points[0], arclength=self.arclength))
             self.end = EndReason.CLOSED
@@ -211,7 +222,7 @@ class _Walk:
             self.end = EndReason.POINT_LIMIT
         if self.options.on_point is not None:
             self.options.on_point(self.points[-1])
-        if self.end is None and (len(self.points) - 1) % self.options.mesh.every == 0:
+        if self.end is None and ((len(self.points) - 1) % self.options.mesh.every == 0 or self._is_over()):
             self._adapt()
 
     def _is_new(self, event: LocusEvent) -> bool:
@@ -222,15 +233,41 @@ class _Walk:
         known = [(e.kind, e.parameter) for e in self.events if e.arclength < AT_START]
         return ahead < -AT_START or (ahead < AT_START and (event.kind, event.parameter) not in known)
 
+    def _is_over(self) -> bool:
+        """Whether the error that is expected by now asks for another look at the mesh, before its turn."""
+        return self._looked.is_over(self.frame.colloc, density_of(self.frame), self.options.mesh)
+
     def _adapt(self) -> None:
-        control, before = self.options.mesh, len(self.frame.colloc.step)
-        self.frame = adapted(self.sought, self.frame, self.options)
-        if control.is_fixed_size:
-            return
-        if self.frame.round_off and self.frame.error > 100 * control.tolerance:
-            self.end = EndReason.ROUND_OFF
-        elif before >= control.intervals[1] and self.frame.error > 10 * control.tolerance:
-            self.end = EndReason.MESH_LIMIT
+        """Let the mesh follow; where the error is more than is accepted, settle it here."""
+        control, here = self.options.mesh, self.frame
+        self.frame, estimate = adapted(self.sought, here, self.options)
+        self._measured(estimate.error)
+        if not control.accepts(estimate.error):
+            if estimate.is_round_off and estimate.error > 100 * control.tolerance:
+                self.end = EndReason.ROUND_OFF
+                return
+            better = settled(self.sought, here, self.options)
+            # signs stay what they were when the step that ends here was searched: each event is seen on one step
+            same = on_mesh(here, better.frame.colloc.mesh)
+            self.frame = replace(better.frame, tangent=same.tangent, tests=same.tests)
+            if better.missed in (EndReason.MESH_LIMIT, EndReason.UNREFINED):
+                self.end = better.missed
+        self._looked = LastLook.at(self.frame.colloc, self.frame.error, density_of(self.frame))
+
+    def _measure_end(self) -> None:
+        """Look at the last point too, for the mesh has followed since the last adaptation only so far."""
+        if self._since < self.arclength and not self.options.mesh.is_fixed_size:
+            self._measured(error_of(self.sought, self.frame, self.options.mesh.tolerance).error)
+
+    def _measured(self, error: float) -> None:
+        """Keep in mind where points may be wrong: since they were looked at last."""
+        if not self.options.mesh.accepts(error):
+            self._doubts.append(Doubt(self._since, self.arclength, error))
+        self._since = self.arclength
+
+    def marked_points(self) -> list[LocusPoint]:
+        """The points with the errors that were found after them."""
+        return [replace(p, solution=marked(p.solution, p.arclength, self._doubts)) for p in self.points]
 
     def _point(self, frame: LocusFrame) -> LocusPoint:
         solution = frame.colloc.solution(frame.x, frame.error)

@@ -1,4 +1,4 @@
-"""A point of a locus on its discretization: correction, adaptation of the mesh, and the first one."""
+"""A point of a locus on its discretization: correction, error and adaptation of the mesh."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from rodatlas.continuation.curve.options import TraceOptions
-from rodatlas.continuation.discrete.collocation import Collocation, Scale, add, scaled
+from rodatlas.continuation.discrete.collocation import Collocation, add, scaled
 from rodatlas.continuation.discrete.mesh import (
     ErrorEstimate,
     equidistribute,
@@ -20,10 +20,8 @@ from rodatlas.continuation.linear.matrix import Blocks, Columns
 from rodatlas.continuation.locus.start import kernel_border
 from rodatlas.continuation.locus.system import KINDS, Local, local_problem
 from rodatlas.continuation.locus.value import ValueLocal, value_problem
-from rodatlas.continuation.problem.bvp import BVP
 from rodatlas.continuation.results.branch import SpecialPoint
 from rodatlas.continuation.singular.bordered import Border, Tests
-from rodatlas.continuation.symmetric.isotropy import restrict, symmetric_mesh
 
 RATE_MARGIN = 20.0  # safety of the rate of convergence that one step tells the next
 SHARP = 3e-8  # distance from the solution at which test functions are as good as exact
@@ -63,8 +61,7 @@ class LocusFrame:
     """A point of the locus on its discretization; `behind` is the one before, at a `distance`.
 
     `unfolding` is the artificial unknown of a branch point; `noise` the distance to the iterate at which tangent and
-    test functions were evaluated; `rate` bounds error / correction^2 of Newton's method; `error` is the last estimate,
-    and `round_off` says that no mesh would lower it.
+    test functions were evaluated; `rate` bounds error / correction^2 of Newton's method; `error` is the last estimate.
     """
 
     colloc: Collocation
@@ -79,7 +76,6 @@ class LocusFrame:
     iterations: int = 0
     unfolding: float = 0.0
     noise: float = 0.0
-    round_off: bool = False
 
     def predict(self, step: float) -> Columns:
         """Where the curve is expected after a step: cubic Hermite extrapolation from here and the point before."""
@@ -138,8 +134,7 @@ def correct(
             done = LocusFrame(colloc, x, tangent, local.border, tests, rate=here.rate, unfolding=beta)
             if len(corrections) > 1 and corrections[1] > 1e-13:
                 done = replace(done, rate=float(np.clip(RATE_MARGIN * corrections[1] / corrections[0] ** 2, 10.0, 1e4)))
-            done = replace(done, error=here.error, round_off=here.round_off)
-            return replace(done, iterations=len(corrections), noise=noise), corrections
+            return replace(done, error=here.error, iterations=len(corrections), noise=noise), corrections
     return None
 
 
@@ -151,29 +146,31 @@ def _remaining(corrections: list[float], rate: float) -> float:
     return max(size * (size / corrections[-2]) ** 2, size**2)
 
 
-def adapted(sought: Sought, frame: LocusFrame, options: TraceOptions, settle: bool = False) -> LocusFrame:
+def adapted(sought: Sought, frame: LocusFrame, options: TraceOptions) -> tuple[LocusFrame, ErrorEstimate]:
     """Move the mesh to follow the solution and its kernel, and change its size with the estimated error.
 
-    Along the locus the next step corrects the interpolation, whose error is far below that of a predictor; with
-    `settle` the frame is corrected here.
+    Returns the frame interpolated there, for the next step corrects that, whose error is far below that of a predictor;
+    and the estimate on the mesh before.
     """
     control, colloc = options.mesh, frame.colloc
-    intervals, error = len(colloc.step), frame.error
+    intervals, estimate = len(colloc.step), ErrorEstimate(frame.error, 0.0)
+    error = frame.error
     if not control.is_fixed_size:
         estimate = error_of(sought, frame, control.tolerance)
         intervals = wanted_intervals(control, intervals, estimate)
         grown = max(1.0, intervals / len(colloc.step))
         error = estimate.error / (1.0 if estimate.is_round_off else grown ** (2 * colloc.scheme.points))
-        frame = replace(frame, round_off=estimate.is_round_off)
-    density = monitor(colloc, frame.x)
+    mesh = equidistribute(colloc.mesh, density_of(frame), intervals)
+    moved = on_mesh(frame, mesh if colloc.within is None else colloc.within.mesh(mesh))
+    return replace(moved, error=error), estimate
+
+
+def density_of(frame: LocusFrame) -> np.ndarray:
+    """Where the solution or its kernel wants mesh points (N,)."""
+    density = monitor(frame.colloc, frame.x)
     for v in frame.border.vectors:
-        density = np.maximum(density, monitor(colloc, v))
-    mesh = equidistribute(colloc.mesh, density, intervals)
-    moved = replace(on_mesh(frame, mesh if colloc.within is None else colloc.within.mesh(mesh)), error=error)
-    if not settle:
-        return moved
-    found = correct(sought, moved, moved.x, moved.tangent, options, exact=True)
-    return replace(found[0], error=error) if found else replace(frame, error=error)
+        density = np.maximum(density, monitor(frame.colloc, v))
+    return density
 
 
 def error_of(sought: Sought, frame: LocusFrame, enough: float) -> ErrorEstimate:
@@ -221,31 +218,6 @@ def _carried_column(frame: LocusFrame, new: Collocation) -> Blocks:
     place = np.clip(np.searchsorted(old.mesh, (new.mesh[1:] + new.mesh[:-1]) / 2) - 1, 0, len(old.step) - 1)
     stage = np.repeat(density[place][:, None, :], new.scheme.points, axis=1)
     return Blocks(stage, np.zeros((len(new.step), stage.shape[2])), column.ends, column.dense)
-
-
-def first_frame(
-    bvp: BVP, sought: Sought, start: SpecialPoint, free: list[int], options: TraceOptions
-) -> LocusFrame | None:
-    """Frame at the start, its kernel from inverse iteration, looking to larger values of the second parameter."""
-    solution = start.solution
-    if options.mesh.is_fixed_size and solution.intervals != options.mesh.intervals[0]:
-        places = np.linspace(0, 1, options.mesh.intervals[0] + 1)
-        mesh = np.interp(places, np.linspace(0, 1, len(solution.mesh)), solution.mesh)
-        solution = solution.remesh(mesh, options.mesh.points)
-    if options.within:
-        solution = solution.remesh(symmetric_mesh(solution.mesh))
-    scale = start.scale or Scale.of(bvp, solution)
-    colloc = Collocation.at(bvp, solution, free, scale, options.backend)
-    frame = frame_at(sought, colloc, restrict(colloc, options.within, colloc.state(solution), controls=2), options)
-    if frame is None:
-        return None
-    frame = replace(frame, tangent=scaled(frame.tangent, 1.0 if frame.tangent.scalars[1] >= 0 else -1.0))
-    for _ in range(4):
-        before = len(frame.colloc.step)
-        frame = adapted(sought, frame, options, settle=True)
-        if len(frame.colloc.step) == before:
-            break
-    return frame
 
 
 def frame_at(sought: Sought, colloc: Collocation, x: Columns, options: TraceOptions) -> LocusFrame | None:

@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 
-from rodatlas.continuation.discrete.collocation import Collocation, Row, add, scaled
-from rodatlas.continuation.linear.matrix import Blocks, Columns
-from rodatlas.continuation.singular.augmented import left_column, unit
-from rodatlas.continuation.singular.bordered import Border
+from rodatlas.continuation.discrete.collocation import Collocation
+from rodatlas.continuation.discrete.random_fields import smooth_load, smooth_vectors
+from rodatlas.continuation.linear.matrix import Columns
+from rodatlas.continuation.singular.bordered import Border, BorderedSystem, left_column, unit
+from rodatlas.continuation.singular.smallest import orthonormal
 
 
 def kernel_border(kind: str, colloc: Collocation, x: Columns) -> Border | None:
@@ -20,32 +23,12 @@ def kernel_border(kind: str, colloc: Collocation, x: Columns) -> Border | None:
     scalars = inner if kind == "fold" else [0, *inner]
     count = 1 if kind == "fold" else 2
     rng = np.random.default_rng(17)
-    lin = colloc.linearize(x)
-    n = x.stage.shape[2]
-    weights = rng.normal(size=(count, 3, n))
-    waves = np.stack([np.ones_like(colloc.gauss), np.cos(np.pi * colloc.gauss), np.cos(2 * np.pi * colloc.gauss)])
     rows = []
-    for w in weights:
-        stage = np.einsum("wji,wa->jia", waves, w)
-        vector = Columns(stage, np.zeros_like(x.mesh), rng.normal(size=len(scalars)))
-        row = colloc.row(vector)
-        rows.append(Row(row.scalars, row.stage))
-    stage = np.einsum("wji,wa->jia", waves, rng.normal(size=(3, n))) * colloc.step[:, None, None]
-    ends, dense = rng.normal(size=colloc.bvp.n_boundary), rng.normal(size=colloc.bvp.n_integral)
-    column = unit(Blocks(stage, np.zeros((len(colloc.step), n)), ends, dense))
-    fac = colloc.factor(lin.with_scalars(scalars), rows, [column])
-    if fac.sign == 0.0:
-        return None
-    vectors: list[Columns] = []
-    for i in range(count):
-        y = fac.solve(colloc.right_hand_side(None, rows, [float(i == j) for j in range(count)]))
+    for v in smooth_vectors(colloc, rng, count, 3, len(scalars)):
         full = np.zeros(len(colloc.free))
-        full[scalars] = y.scalars[:-1]
-        v = Columns(y.stage, y.mesh, full)
-        for other in vectors:
-            v = add(v, (-colloc.inner(v, other), other))
-        vectors.append(scaled(v, 1.0 / colloc.norm(v)))
-    one = np.zeros(len(scalars) + 1)
-    one[-1] = 1.0
-    psi = fac.solve_transposed(Columns(np.zeros_like(x.stage), np.zeros_like(x.mesh), one))
-    return Border(tuple(vectors), left_column(colloc, psi))
+        full[scalars] = v.scalars
+        rows.append(colloc.row(replace(v, scalars=full)))
+    b = BorderedSystem(colloc, colloc.linearize(x), rows, [unit(smooth_load(colloc, rng, 3))], scalars)
+    if b.is_singular:
+        return None
+    return Border(tuple(orthonormal(colloc, b.kernel()[0])), left_column(colloc, b.left_vector(-1)))

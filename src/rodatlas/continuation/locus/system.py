@@ -32,12 +32,22 @@ import numpy as np
 from rodatlas.continuation.discrete.collocation import Collocation, Linearization, add, scaled
 from rodatlas.continuation.discrete.directional import derivatives_along
 from rodatlas.continuation.linear.matrix import Blocks, Columns
-from rodatlas.continuation.singular.augmented import left_column
-from rodatlas.continuation.singular.bordered import UPRIGHT, Border, Bordered, Tests, norm_of, overlap, unit_vector
+from rodatlas.continuation.singular.bordered import (
+    UPRIGHT,
+    Border,
+    Bordered,
+    Tests,
+    left_column,
+    norm_of,
+    overlap,
+    unit_vector,
+)
 
 KINDS = ("fold", "branch point")
 HOLD = 1e-4  # weight of 'no motion along the last direction' in units of the largest other; it matters only where
 # nothing else holds it, and would slow Newton's method down if all others were smaller (large forces: by 1e-3 and more)
+
+OPEN = 3.0  # times what the conditions say of the last direction: with more weight it counts as left open
 
 
 @dataclass(frozen=True)
@@ -91,9 +101,13 @@ class Local:
         return add(base, *zip(a.tolist(), self.directions, strict=True)), base_b + float(self.shares @ a)
 
     def _coefficients(self, matrix: np.ndarray, right: np.ndarray) -> np.ndarray | None:
-        """Solve the conditions (3, 3); where `hold` is set, a last direction that they leave open is left out."""
+        """Solve the conditions (3, 3); where `hold` is set, a last direction that they leave open is left out.
+
+        The weight is used only where it matters: elsewhere Newton's method would lose its quadratic convergence to it.
+        """
         try:
-            if self.hold == 0.0:
+            own = abs(np.asarray(np.linalg.qr(matrix, mode="r"))[-1, -1])  # what they say of the last direction
+            if self.hold == 0.0 or self.hold < OPEN * own:
                 return np.linalg.solve(matrix, right)
             q, r = np.linalg.qr(np.vstack([matrix, [0.0, 0.0, self.hold]]))
             return np.linalg.solve(r, q.T @ np.append(right, 0.0))
@@ -112,14 +126,14 @@ def local_problem(kind: str, colloc: Collocation, x: Columns, border: Border, be
 def _fold(colloc: Collocation, x: Columns, lin: Linearization, border: Border) -> Local | None:
     inner = list(range(2, len(colloc.free)))
     b = Bordered(colloc, lin, border, inner)
-    if b.fac.sign == 0.0:
+    if b.is_singular:
         return None
     phi, g = b.solve(None, [1.0], {})
     phi = colloc.kept_symmetric(phi)  # where another vector joins the kernel, it is known up to that one only
     along_lambda, share_lambda = b.solve(lin.column(0), [0.0], {0: 1.0})
     along_mu, share_mu = b.solve(lin.column(1), [0.0], {1: 1.0})
     base, share = b.solve(lin.residual, [0.0], {})
-    psi = b.left(x)
+    psi = b.left()
     gradient = scaled(colloc.second(x, phi, psi), -1.0)
     directions = (along_lambda, along_mu, phi)
     conditions = np.array([[share_lambda, share_mu, g], [gradient.dot(d) for d in directions]])
@@ -136,7 +150,7 @@ def _fold(colloc: Collocation, x: Columns, lin: Linearization, border: Border) -
 
 def _branch_point(colloc: Collocation, x: Columns, lin: Linearization, border: Border, beta: float) -> Local | None:
     b = Bordered(colloc, lin, border, [0, *range(2, len(colloc.free))])
-    if b.fac.sign == 0.0:
+    if b.is_singular:
         return None
     (p1, h1), (p2, h2) = b.solve(None, [1.0, 0.0], {}), b.solve(None, [0.0, 1.0], {})
     cosine, sine = _turn(float(p1.scalars[0]), float(p2.scalars[0]))
@@ -146,7 +160,7 @@ def _branch_point(colloc: Collocation, x: Columns, lin: Linearization, border: B
     r, c = lin.residual, border.column
     shifted = Blocks(r.stage + beta * c.stage, r.chain, r.ends + beta * c.ends, r.dense + beta * c.dense)
     base, share = b.solve(shifted, [0.0, 0.0], {})
-    psi = b.left(x)
+    psi = b.left()
     gradients = [scaled(colloc.second(x, v, psi), -1.0) for v in (v1, v2)]
     directions = (along_mu, v1, v2)
     conditions = np.array([[w.dot(d) for d in directions] for w in gradients])

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from rodatlas.continuation.discrete.collocation import Collocation, Linearization, Row
+from rodatlas.continuation.discrete.random_fields import smooth_vectors
 from rodatlas.continuation.linear.matrix import Blocks, Columns
 from rodatlas.continuation.singular.bordered import Border, Tests, unit_vector
 
@@ -35,10 +36,7 @@ class ValueLocal:
 
     def null_vector(self, colloc: Collocation) -> Columns:
         """Unit tangent of the locus, of either sense."""
-        rng, n = np.random.default_rng(13), len(colloc.scale.unknowns)
-        shape = (*colloc.gauss.shape, n)
-        along = Columns(np.broadcast_to(rng.normal(size=n), shape), np.zeros((len(colloc.mesh), n)),
-                        rng.normal(size=len(colloc.free)))  # fmt: skip
+        (along,) = smooth_vectors(colloc, np.random.default_rng(13), 1, 1, len(colloc.free))
         t = self.tangent(colloc, along)
         return along if t is None else t
 

@@ -207,7 +207,7 @@ class Branch:
     points : tuple of Point; special : tuple of SpecialPoint; both sorted by arclength.
     ends : reasons at the two ends; closed : whether the curve returned to its start.
     discrepancies : intervals that the bookkeeping could not explain.
-    verification : what was checked; None for a branch from a file of an older version.
+    verification : what was checked.
     newton_iterations : total spent, location of special points included.
     failures : why Newton last failed at an end whose reason is MIN_STEP, else None.
     settings : the options of the run, as plain values.
@@ -221,7 +221,7 @@ class Branch:
     newton_iterations: int = 0
     failures: tuple[NewtonCode | None, NewtonCode | None] = (None, None)
     settings: Mapping[str, Any] = field(default_factory=dict)
-    verification: Verification | None = None
+    verification: Verification = field(default_factory=lambda: Verification(steps=0, indexed=0))
 
     def save(self, path: str | os.PathLike[str]) -> None:
         """Write to an HDF5 file, which replaces an older one only when complete."""

@@ -1,11 +1,3 @@
 """The one table of short labels, used in plots and tables only."""
 
-LABELS = {
-    "fold": "LP",
-    "branch point": "BP",
-    "pitchfork": "PF",
-    "cusp": "CP",
-    "zero": "UZ",
-    "end": "EP",
-    "no convergence": "MX",
-}
+LABELS = {"fold": "LP", "branch point": "BP", "zero": "UZ"}

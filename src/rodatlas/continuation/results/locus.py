@@ -49,7 +49,8 @@ class LocusEvent:
         ends there), 'coalescence' (a fold meets a branch point), 'crossing' (another branch point at the same
         solution), 'extremum' (the locus turns back in `parameter`), or 'zero of NAME'.
     parameter : name of the parameter that is extreme, or ''.
-    status : CONVERGED when the test function was brought to zero, else BRACKETED.
+    status : CONVERGED when the test function was brought to zero, else BRACKETED; UNRESOLVED when it was, but on the
+        finest mesh allowed the error exceeds ten times the tolerance.
     bracket : arclengths between which it lies; test : value of the test function at the solution.
     what : what happens there, in words.
     coefficients : of the normal form at a cusp, see :func:`rodatlas.continuation.singular.normal_form.cusp_form`.
@@ -82,6 +83,8 @@ class Locus:
     ends : reasons at the two ends.
     scale : units of the arclength norm; settings : the options of the run, as plain values.
     pitchfork : whether the branch points are pitchforks.
+    unresolved : points and events whose estimated error exceeds ten times the tolerance, or is not known although the
+        mesh adapts.
     """
 
     kind: str
@@ -92,6 +95,7 @@ class Locus:
     scale: Scale = field(repr=False)
     settings: Mapping[str, Any] = field(default_factory=dict, repr=False)
     pitchfork: bool = False
+    unresolved: int = 0
 
     def __len__(self) -> int:
         return len(self.points)
@@ -100,9 +104,10 @@ class Locus:
         spans = ", ".join(f"{n} in [{self.column(n).min():.6g}, {self.column(n).max():.6g}]" for n in self.free[:2])
         counts = {k: sum(e.kind == k for e in self.events) for k in dict.fromkeys(e.kind for e in self.events)}
         found = ", ".join(f"{v} x {k}" for k, v in counts.items()) or "no special points"
+        missed = f"; {self.unresolved} points miss the tolerance" if self.unresolved else ""
         return (
             f"Locus({self.kind}: {len(self)} points, {spans}, {found}; "
-            f"ends: {self.ends[0].value} | {self.ends[1].value})"
+            f"ends: {self.ends[0].value} | {self.ends[1].value}{missed})"
         )
 
     @property

@@ -22,7 +22,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from rodatlas.continuation.discrete.collocation import Collocation, Row, add, scaled
-from rodatlas.continuation.linear.matrix import Blocks, Columns, Factorization
+from rodatlas.continuation.discrete.random_fields import displacement
+from rodatlas.continuation.linear.matrix import Blocks, Columns
+from rodatlas.continuation.singular.bordered import BorderedSystem, left_column, loaded, unit
 
 
 @dataclass(frozen=True)
@@ -53,23 +55,21 @@ def solve_fold(
 ) -> Augmented:
     """Newton for F = 0, v_lambda = 0 from a state near a fold of the first free parameter."""
     row = colloc.row(tangent)
-    k = len(colloc.free)
     v, form, residual, dx = tangent, np.nan, np.inf, None
     for i in range(max_iterations):
         lin = colloc.linearize(x)
-        fac = colloc.factor(lin, [row])
-        if fac.sign == 0.0:
+        b = BorderedSystem(colloc, lin, [row])
+        if b.is_singular:
             return Augmented(False, x, (v,), np.array([[form]]), residual, i)
-        v = fac.solve(colloc.right_hand_side(None, [row], [1.0]))
-        w = _left_vector(colloc, fac, x, scalar=0)
-        gradient = scaled(colloc.second(x, v, w), -1.0)
-        y = fac.solve(colloc.right_hand_side(lin.residual, [row], [0.0]))
+        v, _ = b.solved(None, [1.0])
+        gradient = scaled(colloc.second(x, v, b.left_vector(0)), -1.0)
+        y, _ = b.solved(lin.residual, [0.0])
         slope = gradient.dot(v)
         if slope == 0.0 or not np.isfinite(slope):
             return Augmented(False, x, (v,), np.array([[form]]), residual, i)
         alpha = -(v.scalars[0] + gradient.dot(y)) / slope
         dx = add(y, (alpha, v))
-        x = add(x, (1.0, dx), keep=k)
+        x = add(x, (1.0, dx))
         size = colloc.norm(dx)
         form = slope / colloc.inner(v, v)
         converged, residual = _settled(residual, size, tolerance)
@@ -86,7 +86,6 @@ def solve_branch_point(
 
     The border (rows C and column b) is found by inverse iteration unless it is given.
     """
-    k = len(colloc.free)
     border = border or _borders(colloc, x, tangent)
     if border is None:
         return Augmented(False, x, (tangent,), np.full((2, 2), np.nan), np.inf, 0)
@@ -96,16 +95,13 @@ def solve_branch_point(
     form = np.full((2, 2), np.nan)
     for i in range(max_iterations):
         lin = colloc.linearize(x)
-        fac = colloc.factor(lin, rows, [column])
-        if fac.sign == 0.0:
+        b = BorderedSystem(colloc, lin, rows, [column])
+        if b.is_singular:
             break
-        v = [fac.solve(colloc.right_hand_side(None, rows, e)) for e in ([1.0, 0.0], [0.0, 1.0])]
-        g = np.array([u.scalars[k] for u in v])
-        w = _left_vector(colloc, fac, x, scalar=k)
-        gradients = [scaled(colloc.second(x, u, w), -1.0) for u in v]
-        vectors = tuple(Columns(u.stage, u.mesh, u.scalars[:k]) for u in v)
-        y = fac.solve(colloc.right_hand_side(_plus(lin.residual, beta, column), rows, [0.0, 0.0]))
-        bare = Columns(y.stage, y.mesh, y.scalars[:k])
+        kernel, shares = b.kernel()
+        vectors, g, w = tuple(kernel), shares[0], b.left_vector(-1)
+        gradients = [scaled(colloc.second(x, u, w), -1.0) for u in vectors]
+        bare, share = b.solved(loaded(lin.residual, [beta], [column]), [0.0, 0.0])
         form = np.array([[gi.dot(u) for u in vectors] for gi in gradients])
         try:
             alpha = np.linalg.solve(form, -(g + np.array([gi.dot(bare) for gi in gradients])))
@@ -113,7 +109,7 @@ def solve_branch_point(
             break
         dx = add(bare, *zip(alpha.tolist(), vectors, strict=True))
         x = add(x, (1.0, dx))
-        beta += y.scalars[k] + float(alpha @ g)
+        beta += float(share[0] + alpha @ g)
         size = colloc.norm(dx)
         converged, residual = _settled(residual, size, tolerance)
         if converged or size > 10.0:
@@ -151,21 +147,12 @@ def kernel_directions(colloc: Collocation, x: Columns, along: Columns) -> tuple[
 
     The tangent nearer to `along` comes first.
     """
-    rng = np.random.default_rng(11)
-    shift = rng.normal(size=x.stage.shape[2])
-    border = Columns(np.zeros_like(x.stage) + shift, np.zeros_like(x.mesh) + shift, rng.normal(size=x.scalars.shape))
+    border = displacement(colloc, np.random.default_rng(11), len(x.scalars))
     found = solve_branch_point(colloc, x, scaled(border, 1.0 / colloc.norm(border)))
     if not found.converged:
         return None
     directions = branch_directions(colloc, found, along)
     return (found.state, directions) if len(directions) == 2 else None
-
-
-def _left_vector(colloc: Collocation, fac: Factorization, x: Columns, scalar: int) -> Blocks:
-    """w with K^T w = unit vector of one scalar unknown, for the bordered matrix K."""
-    one = np.zeros(len(colloc.free) + (1 if scalar >= len(colloc.free) else 0))
-    one[scalar] = 1.0
-    return fac.solve_transposed(Columns(np.zeros_like(x.stage), np.zeros_like(x.mesh), one))
 
 
 def _borders(colloc: Collocation, x: Columns, tangent: Columns) -> tuple[list[Row], Blocks] | None:
@@ -174,8 +161,7 @@ def _borders(colloc: Collocation, x: Columns, tangent: Columns) -> tuple[list[Ro
     rng = np.random.default_rng(7)
     fac = colloc.factor(colloc.linearize(x), [row])
     if fac.sign == 0.0:  # exactly singular: vectors from close by will do
-        shift, scalars = 1e-6 * rng.normal(size=x.stage.shape[2]), 1e-6 * rng.normal(size=x.scalars.shape)
-        near = Columns(x.stage + shift, x.mesh + shift, x.scalars + scalars)
+        near = add(x, (1e-6, displacement(colloc, rng, len(x.scalars))))
         fac = colloc.factor(colloc.linearize(near), [row])
     if fac.sign == 0.0:
         return None
@@ -191,23 +177,6 @@ def _borders(colloc: Collocation, x: Columns, tangent: Columns) -> tuple[list[Ro
     phi = add(phi, (-colloc.inner(phi, tangent), tangent))
     phi = scaled(phi, 1.0 / colloc.norm(phi))
     return [row, colloc.row(phi)], left_column(colloc, psi)
-
-
-def left_column(colloc: Collocation, psi: Blocks) -> Blocks:
-    """Artificial column from a left vector of a bordered matrix: the share of the problem's own equations."""
-    psi = unit(psi)
-    n_boundary, n_integral = colloc.bvp.n_boundary, colloc.bvp.n_integral
-    return Blocks(psi.stage, np.zeros_like(psi.chain), psi.ends[:n_boundary], psi.dense[:n_integral])
-
-
-def unit(w: Blocks) -> Blocks:
-    """A left vector of Euclidean length one."""
-    size = np.sqrt(sum(float(np.vdot(a, a)) for a in (w.stage, w.chain, w.ends, w.dense)))
-    return Blocks(w.stage / size, w.chain / size, w.ends / size, w.dense / size)
-
-
-def _plus(r: Blocks, beta: float, column: Blocks) -> Blocks:
-    return Blocks(r.stage + beta * column.stage, r.chain, r.ends + beta * column.ends, r.dense + beta * column.dense)
 
 
 def _settled(previous: float, size: float, tolerance: float) -> tuple[bool, float]:

@@ -17,6 +17,7 @@ import numpy as np
 
 from rodatlas.continuation.discrete.collocation import Collocation, add, scaled
 from rodatlas.continuation.discrete.directional import mixed_derivative
+from rodatlas.continuation.discrete.random_fields import displacement
 from rodatlas.continuation.linear.matrix import Blocks, Columns, Factorization
 
 REAL = 1e-3  # relative imaginary part up to which an eigenvalue is real
@@ -75,13 +76,7 @@ def next_crossings(
 
 def _first(colloc: Collocation, start: Columns | None) -> Columns:
     """A smooth vector, with the mode that is known."""
-    rng, n = np.random.default_rng(19), len(colloc.scale.unknowns)
-    waves = rng.normal(size=(4, n))
-
-    def smooth(s: np.ndarray) -> np.ndarray:
-        return np.asarray(sum(np.cos(j * np.pi * s)[..., None] * w for j, w in enumerate(waves)))
-
-    v = Columns(smooth(colloc.gauss), smooth(colloc.mesh), rng.normal(size=len(colloc.free)))
+    v = displacement(colloc, np.random.default_rng(19), len(colloc.free), 4)
     v = scaled(v, 1.0 / colloc.norm(v))
     if start is not None:
         v = add(scaled(start, 1.0 / colloc.norm(start)), (0.3, v))

@@ -18,8 +18,8 @@ import numpy as np
 
 from rodatlas.continuation.discrete.collocation import Collocation, Row, add, scaled
 from rodatlas.continuation.discrete.mesh import MeshControl, halved, relative_change
-from rodatlas.continuation.linear.matrix import Blocks, Columns, Factorization
-from rodatlas.continuation.singular.augmented import left_column
+from rodatlas.continuation.linear.matrix import Blocks, Columns
+from rodatlas.continuation.singular.bordered import BorderedSystem, left_column, loaded
 
 
 @dataclass(frozen=True, eq=False)
@@ -49,53 +49,8 @@ class Kernel:
         return np.array([self.colloc.inner(v, dx) for v in self.vectors])
 
 
-@dataclass(frozen=True)
-class Solved:
-    """One factored bordered matrix, with V and G (number of columns, number of rows) of the module's equation."""
-
-    fac: Factorization
-    vectors: list[Columns]
-    g: np.ndarray
-
-
-def solved(
-    colloc: Collocation, x: Columns, rows: list[Row], columns: Sequence[Blocks], fac: Factorization | None = None
-) -> Solved | None:
-    """V and G of the module's equation at x; None when the matrix is singular."""
-    k = len(colloc.free)
-    fac = fac or colloc.factor(colloc.linearize(x), rows, columns)
-    if fac.sign == 0.0:
-        return None
-    solutions = [fac.solve(colloc.right_hand_side(None, rows, list(e))) for e in np.eye(len(rows))]
-    vectors = [Columns(v.stage, v.mesh, v.scalars[:k]) for v in solutions]
-    return Solved(fac, vectors, np.array([v.scalars[k:] for v in solutions]).T)
-
-
-def left_vectors(colloc: Collocation, fac: Factorization, x: Columns, count: int) -> list[Blocks]:
-    """Left vectors that belong to the artificial unknowns."""
-    units = np.eye(len(colloc.free) + count)[len(colloc.free) :]
-    return [fac.solve_transposed(Columns(np.zeros_like(x.stage), np.zeros_like(x.mesh), e)) for e in units]
-
-
 def combined(vectors: Sequence[Columns], factors: np.ndarray) -> Columns:
     return add(scaled(vectors[0], float(factors[0])), *zip(factors[1:].tolist(), vectors[1:], strict=True))
-
-
-def combined_left(vectors: Sequence[Blocks], factors: np.ndarray) -> Blocks:
-    parts = [[getattr(v, name) * f for v, f in zip(vectors, factors, strict=True)] for name in
-             ("stage", "chain", "ends", "dense")]  # fmt: skip
-    return Blocks(*(np.sum(part, axis=0) for part in parts))
-
-
-def orthonormal(colloc: Collocation, vectors: Sequence[Columns], first: Sequence[Columns] = ()) -> list[Columns]:
-    """Gram-Schmidt (twice) after the orthonormal vectors `first`, which are left out of the result."""
-    out = list(first)
-    for v in vectors:
-        for _ in range(2):
-            v = add(v, *((-colloc.inner(v, u), u) for u in out))
-            v = scaled(v, 1.0 / colloc.norm(v))
-        out.append(v)
-    return out[len(first) :]
 
 
 @dataclass(frozen=True)
@@ -116,27 +71,25 @@ def _polished(kernel: Kernel, tolerance: float = 1e-9, max_iterations: int = 10)
     :math:`\delta G_{ij} = -w_i\cdot F''[v_j, \delta x]`.
     """
     colloc, x, rows, columns = kernel.colloc, kernel.state, kernel.rows, kernel.columns
-    d, k = len(columns), len(colloc.free)
+    d = len(columns)
     beta, before, residual, dx = np.zeros(d), np.inf, np.inf, None
-    at, lefts, converged = None, [], False
+    vectors: list[Columns] = []
+    lefts, converged = list[Blocks](), False
     for _ in range(max_iterations):
         lin = colloc.linearize(x)
-        fac = colloc.factor(lin, rows, columns)
-        at = solved(colloc, x, rows, columns, fac)
-        if at is None:
+        b = BorderedSystem(colloc, lin, rows, columns)
+        if b.is_singular:
             break
-        lefts = left_vectors(colloc, fac, x, d)
-        shifted = loaded(lin.residual, beta, columns)
-        y = fac.solve(colloc.right_hand_side(shifted, rows, [0.0] * len(rows)))
-        bare = Columns(y.stage, y.mesh, y.scalars[:k])
-        gradients = [scaled(colloc.second(x, v, w), -1.0) for w in lefts for v in at.vectors]
-        slopes = np.array([[p.dot(v) for v in at.vectors] for p in gradients])
-        values = at.g.reshape(-1) + [p.dot(bare) for p in gradients]
+        (vectors, g), lefts = b.kernel(), b.left_vectors()
+        bare, shares = b.solved(loaded(lin.residual, beta, columns), [0.0] * len(rows))
+        gradients = [scaled(colloc.second(x, v, w), -1.0) for w in lefts for v in vectors]
+        slopes = np.array([[p.dot(v) for v in vectors] for p in gradients])
+        values = g.reshape(-1) + [p.dot(bare) for p in gradients]
         if not (np.isfinite(slopes).all() and np.isfinite(values).all()):
             break
         alpha = np.linalg.lstsq(slopes, -values, rcond=1e-8)[0]
-        dx = add(bare, *zip(alpha.tolist(), at.vectors, strict=True))
-        x, beta = add(x, (1.0, dx)), beta + y.scalars[k:] + at.g @ alpha
+        dx = add(bare, *zip(alpha.tolist(), vectors, strict=True))
+        x, beta = add(x, (1.0, dx)), beta + shares + g @ alpha
         steepness = float(np.linalg.svd(slopes, compute_uv=False)[-1])
         missed = float(np.linalg.norm(values + slopes @ alpha) + np.linalg.norm(beta))
         size, residual = colloc.norm(dx), missed / max(steepness, 1e-8)
@@ -144,19 +97,10 @@ def _polished(kernel: Kernel, tolerance: float = 1e-9, max_iterations: int = 10)
         if converged or size > 1.0:
             break
         before = size
-    if at is None or not converged:
+    if not converged:
         return _Polished(replace(kernel, state=x), False, residual, dx)
-    vectors = orthonormal(colloc, at.vectors)
     left = tuple(left_column(colloc, w) for w in lefts)
-    return _Polished(Kernel(colloc, x, tuple(vectors), left), True, residual, dx)
-
-
-def loaded(residual: Blocks, beta: np.ndarray, columns: Sequence[Blocks]) -> Blocks:
-    """F + B beta."""
-    load = combined_left(columns, beta)
-    return Blocks(
-        residual.stage + load.stage, residual.chain, residual.ends + load.ends, residual.dense + load.dense
-    )  # fmt: skip
+    return _Polished(Kernel(colloc, x, tuple(orthonormal(colloc, vectors)), left), True, residual, dx)
 
 
 def resolved(kernel: Kernel, control: MeshControl) -> tuple[_Polished, float]:

@@ -45,7 +45,7 @@ def _second_derivative(colloc: Collocation, found: Augmented, d: Columns, e: Col
     b = Bordered(colloc, colloc.linearize(x), border, list(range(len(colloc.free))))
     if b.fac.sign == 0.0:
         return None
-    psi = b.left(x)
+    psi = b.left()
     second, third = derivatives_along(colloc, x, d)
     gradient = colloc.second(x, d, psi)
     mixed = gradient.dot(e)
@@ -68,7 +68,7 @@ def cusp_form(colloc: Collocation, x: Columns, border: Border) -> dict[str, floa
     """
     lin = colloc.linearize(x)
     b = Bordered(colloc, lin, border, list(range(2, len(colloc.free))))
-    psi = b.left(x)
+    psi = b.left()
     phi, _ = b.solve(None, [1.0], {})
     size, length = colloc.norm(phi), np.sqrt(overlap(psi, psi))
     second, third = derivatives_along(colloc, x, phi)
@@ -96,7 +96,7 @@ def fold_quadratic(
     """
     lin = colloc.linearize(x)
     b = Bordered(colloc, lin, border, list(range(2, len(colloc.free))))
-    psi = b.left(x)
+    psi = b.left()
     phi, _ = b.solve(None, [1.0], {})
     beside, _ = b.solve(lin.column(along), [0.0], {along: 1.0})
     _, share = b.solve(lin.column(across), [0.0], {across: 1.0})

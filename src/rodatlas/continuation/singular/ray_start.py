@@ -6,14 +6,15 @@ import numpy as np
 
 from rodatlas.continuation.discrete.collocation import Collocation
 from rodatlas.continuation.discrete.mesh import MeshControl
-from rodatlas.continuation.linear.matrix import Blocks, Columns
-from rodatlas.continuation.singular.augmented import left_column, unit
-from rodatlas.continuation.singular.kernel import Kernel, combined, combined_left, left_vectors, orthonormal, resolved
-from rodatlas.continuation.singular.kernel import solved as solve_bordered
+from rodatlas.continuation.discrete.random_fields import smooth_load, smooth_vectors
+from rodatlas.continuation.linear.matrix import Columns
+from rodatlas.continuation.singular.bordered import BorderedSystem, combined_left, left_column, unit
+from rodatlas.continuation.singular.kernel import Kernel, combined, resolved
 from rodatlas.continuation.singular.rays import Rays
 
 LARGEST = 6  # multiplicity that is looked for
 SINGULAR = 1e-6  # singular values of G that vanish, in units of the largest
+from rodatlas.continuation.singular.smallest import orthonormal
 
 
 def ray_at(
@@ -42,24 +43,21 @@ def _kernel_at(colloc: Collocation, x: Columns) -> Kernel | None:
     With more rows C and columns B than the kernel needs the bordered matrix is regular with probability one. Of its
     solutions, F' V = -B G, those combinations of V for which G vanishes make the kernel; the left one likewise.
     """
-    rng, n = np.random.default_rng(29), len(colloc.scale.unknowns)
-    waves = np.stack([np.cos(j * np.pi * colloc.gauss) for j in range(LARGEST + 1)])
-    vectors, columns = [], []
-    for _ in range(LARGEST + 1):
-        stage = np.einsum("wji,wa->jia", waves, rng.normal(size=(LARGEST + 1, n)))
-        vectors.append(Columns(stage, np.zeros_like(x.mesh), rng.normal(size=len(colloc.free))))
-    for _ in range(LARGEST):
-        stage = np.einsum("wji,wa->jia", waves, rng.normal(size=(LARGEST + 1, n))) * colloc.step[:, None, None]
-        ends, dense = rng.normal(size=colloc.bvp.n_boundary), rng.normal(size=colloc.bvp.n_integral)
-        columns.append(unit(Blocks(stage, np.zeros((len(colloc.step), n)), ends, dense)))
-    at = solve_bordered(colloc, x, [colloc.row(v) for v in orthonormal(colloc, vectors)], columns)
-    if at is None or not np.isfinite(at.g).all():
+    rng, waves = np.random.default_rng(29), LARGEST + 1
+    vectors = smooth_vectors(colloc, rng, LARGEST + 1, waves, len(colloc.free))
+    columns = [unit(smooth_load(colloc, rng, waves)) for _ in range(LARGEST)]
+    rows = [colloc.row(v) for v in orthonormal(colloc, vectors)]
+    b = BorderedSystem(colloc, colloc.linearize(x), rows, columns)
+    if b.is_singular:
         return None
-    u, sizes, vt = np.linalg.svd(at.g)
+    vectors, g = b.kernel()
+    if not np.isfinite(g).all():
+        return None
+    u, sizes, vt = np.linalg.svd(g)
     count = int((sizes < SINGULAR * max(1.0, sizes[0])).sum())
     if not 2 <= count < LARGEST:
         return None
-    lefts = left_vectors(colloc, at.fac, x, LARGEST)
-    found = orthonormal(colloc, [combined(at.vectors, vt[-1 - i]) for i in range(count + 1)])
+    lefts = b.left_vectors()
+    found = orthonormal(colloc, [combined(vectors, vt[-1 - i]) for i in range(count + 1)])
     left = tuple(left_column(colloc, combined_left(lefts, u[:, -1 - i])) for i in range(count))
     return Kernel(colloc, x, tuple(found), left)

@@ -16,7 +16,8 @@ import numpy as np
 from rodatlas.continuation.discrete.collocation import Row, add
 from rodatlas.continuation.discrete.newton import NewtonOptions, newton
 from rodatlas.continuation.linear.matrix import Columns
-from rodatlas.continuation.singular.kernel import Kernel, combined, loaded, solved
+from rodatlas.continuation.singular.bordered import BorderedSystem, loaded
+from rodatlas.continuation.singular.kernel import Kernel, combined
 
 
 @dataclass(frozen=True, eq=False)
@@ -84,26 +85,24 @@ class _Value:
 def _reduced(kernel: Kernel, a: np.ndarray, max_iterations: int = 6) -> _Value | None:
     """Newton for F(x0 + Phi a + w) + B g = 0, C w = 0; None when it does not converge."""
     colloc, rows, columns = kernel.colloc, kernel.rows, kernel.columns
-    k, g, sizes = len(colloc.free), np.zeros(len(columns)), [1.0]
+    g, sizes = np.zeros(len(columns)), [1.0]
     x = kernel.moved(a)
     for _ in range(max_iterations):
         lin = colloc.linearize(x)
         if not lin.is_finite:
             return None
-        fac = colloc.factor(lin, rows, columns)
-        if fac.sign == 0.0:
+        b = BorderedSystem(colloc, lin, rows, columns)
+        if b.is_singular:
             return None
-        off = (a - kernel.coordinates(x)).tolist()
-        y = fac.solve(colloc.right_hand_side(loaded(lin.residual, g, columns), rows, off))
-        x, g = add(x, (1.0, y), keep=k), g + y.scalars[k:]
-        sizes.append(colloc.norm(Columns(y.stage, y.mesh, y.scalars[:k])))
+        y, shares = b.solved(loaded(lin.residual, g, columns), (a - kernel.coordinates(x)).tolist())
+        x, g = add(x, (1.0, y)), g + shares
+        sizes.append(colloc.norm(y))
         if sizes[-1] < 1e-7:
             break
     else:
         return None
-    at = solved(colloc, x, rows, columns, fac)
     contraction = sizes[2] / sizes[1] if len(sizes) > 2 and sizes[1] > 1e-9 else 0.0
-    return None if at is None else _Value(g, at.g, x, contraction)
+    return _Value(g, b.kernel()[1], x, contraction)
 
 
 @dataclass(frozen=True)

@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from rodatlas.continuation.discrete.collocation import Collocation, add, scaled
+from rodatlas.continuation.discrete.random_fields import smooth_vectors
 from rodatlas.continuation.linear.matrix import Blocks, Columns, Factorization
 
 
@@ -36,7 +39,8 @@ def smallest_singulars(
     if fac.sign == 0.0:
         return None
     if guess is None:
-        guess, passes = _start(colloc, count, scalars), 3
+        vectors = smooth_vectors(colloc, np.random.default_rng(11), count, 2, scalars or len(colloc.free))
+        guess, passes = tuple(orthonormal(colloc, vectors)), 3
     values, own = tuple[float, ...](), colloc.bvp.n_integral
     per_length = (colloc.step[:, None] / colloc.scheme.weights)[..., None]
     for _ in range(passes):
@@ -55,26 +59,16 @@ def smallest_singulars(
             return None
         values = tuple(float(1.0 / np.sqrt(max(v, 1e-300))) for v in inverse[::-1])
         turned = [add(scaled(images[0], float(t[0])), *zip(t[1:].tolist(), images[1:], strict=True)) for t in turns.T]
-        guess = _orthonormal(colloc, turned[::-1])
+        guess = tuple(orthonormal(colloc, turned[::-1]))
     return guess, values
 
 
-def _start(colloc: Collocation, count: int, scalars: int | None) -> tuple[Columns, ...]:
-    """Smooth vectors to begin with."""
-    rng, n = np.random.default_rng(11), len(colloc.scale.unknowns)
-    vectors = []
-    for j in range(count):
-        wave = rng.normal(size=(2, n))
-        stage = wave[0] + np.cos((j + 1) * np.pi * colloc.gauss)[..., None] * wave[1]
-        numbers = rng.normal(size=scalars or len(colloc.free))
-        vectors.append(Columns(stage, np.zeros((len(colloc.mesh), n)), numbers))
-    return _orthonormal(colloc, vectors)
-
-
-def _orthonormal(colloc: Collocation, vectors: list[Columns]) -> tuple[Columns, ...]:
-    done: list[Columns] = []
+def orthonormal(colloc: Collocation, vectors: Sequence[Columns], first: Sequence[Columns] = ()) -> list[Columns]:
+    """Gram-Schmidt (twice) after the orthonormal vectors `first`, which are left out of the result."""
+    out = list(first)
     for v in vectors:
-        for u in done:
-            v = add(v, (-colloc.inner(u, v), u))
-        done.append(scaled(v, 1.0 / max(colloc.norm(v), 1e-300)))
-    return tuple(done)
+        for _ in range(2):
+            v = add(v, *((-colloc.inner(v, u), u) for u in out))
+            v = scaled(v, 1.0 / colloc.norm(v))
+        out.append(v)
+    return out[len(first) :]

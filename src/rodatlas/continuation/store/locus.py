@@ -1,8 +1,8 @@
-"""Files of loci: see `store.py` for the layout of what they share with branches.
+"""Loci in HDF5 files, as branches are.
 
 ::
 
-    attributes   schema, version, kind, free, ends, settings, pitchfork
+    attributes   schema, version, kind, free, ends, settings, pitchfork, unresolved
     /points      solutions; arclength, tangent, tests, unfolding, iterations
     /events      kind, parameter, status, what, coefficients; solutions; arclength, bracket, test
     /scale       unknowns, parameters
@@ -20,16 +20,8 @@ import numpy as np
 from rodatlas.continuation.discrete.collocation import Scale
 from rodatlas.continuation.results.branch import EndReason, Status
 from rodatlas.continuation.results.locus import Locus, LocusEvent, LocusPoint
-from rodatlas.continuation.store.branch import (
-    atomic_hdf5,
-    checked_hdf5,
-    get_array,
-    get_names,
-    put_array,
-    put_names,
-    read_solutions,
-    write_solutions,
-)
+from rodatlas.continuation.store.hdf5 import atomic_hdf5, checked_hdf5, get_array, get_names, put_array, put_names
+from rodatlas.continuation.store.solutions import read_solutions, write_solutions
 
 if TYPE_CHECKING:
     import h5py
@@ -54,6 +46,7 @@ def write_locus(group: h5py.Group, locus: Locus) -> None:
     put_names(group, "ends", [reason.name for reason in locus.ends])
     group.attrs["settings"] = json.dumps(dict(locus.settings))
     group.attrs["pitchfork"] = locus.pitchfork
+    group.attrs["unresolved"] = locus.unresolved
     _write_points(group.create_group("points"), locus.points)
     _write_events(group.create_group("events"), locus.events)
     scale = group.create_group("scale")
@@ -68,7 +61,7 @@ def read_locus(group: h5py.Group) -> Locus:
     return Locus(
         get_names(group, "kind")[0], get_names(group, "free"), _read_points(group["points"]),
         _read_events(group["events"]), (EndReason[ends[0]], EndReason[ends[1]]), scale,
-        json.loads(group.attrs["settings"]), bool(group.attrs["pitchfork"]),
+        json.loads(group.attrs["settings"]), bool(group.attrs["pitchfork"]), int(group.attrs["unresolved"]),
     )  # fmt: skip
 
 
