@@ -39,7 +39,8 @@ def test_swift_hohenberg():
     expected = sorted(v for n in range(1, 20) if (v := (1 - (n * np.pi / length) ** 2) ** 2) < 2)
     assert len(expected) == 9
     assert np.allclose(found(branch, "l"), expected, rtol=0, atol=1e-7)
-    assert branch.verification is not None and branch.verification.complete
+    assert branch.verification is not None
+    assert branch.verification.complete
 
 
 def test_brusselator():

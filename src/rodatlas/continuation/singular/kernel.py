@@ -20,6 +20,7 @@ from rodatlas.continuation.discrete.collocation import Collocation, Row, add, sc
 from rodatlas.continuation.discrete.mesh import MeshControl, halved, relative_change
 from rodatlas.continuation.linear.matrix import Blocks, Columns
 from rodatlas.continuation.singular.bordered import BorderedSystem, left_column, loaded
+from rodatlas.continuation.singular.smallest import orthonormal
 
 
 @dataclass(frozen=True, eq=False)

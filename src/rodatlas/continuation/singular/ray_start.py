@@ -11,10 +11,10 @@ from rodatlas.continuation.linear.matrix import Columns
 from rodatlas.continuation.singular.bordered import BorderedSystem, combined_left, left_column, unit
 from rodatlas.continuation.singular.kernel import Kernel, combined, resolved
 from rodatlas.continuation.singular.rays import Rays
+from rodatlas.continuation.singular.smallest import orthonormal
 
 LARGEST = 6  # multiplicity that is looked for
 SINGULAR = 1e-6  # singular values of G that vanish, in units of the largest
-from rodatlas.continuation.singular.smallest import orthonormal
 
 
 def ray_at(
