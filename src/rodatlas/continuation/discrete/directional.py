@@ -6,6 +6,7 @@ Normal forms need :math:`F''[v,v]` and :math:`F'''[v,v,v]` as vectors; CasADi di
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from functools import lru_cache
 from typing import Any
 
@@ -15,6 +16,8 @@ from rodatlas.continuation.discrete.collocation import Collocation
 from rodatlas.continuation.linear.matrix import Blocks, Columns
 from rodatlas.continuation.problem.bvp import BVP
 from rodatlas.continuation.problem.evaluator import Evaluator
+from rodatlas.continuation.problem.layout import Layout
+from rodatlas.continuation.problem.traced import switched
 
 
 @lru_cache(maxsize=32)
@@ -22,21 +25,32 @@ def _functions(bvp: BVP) -> tuple[Any, Any, Any]:
     """CasADi functions (argument, p, v, vp) -> second and third derivative, for field, ends and densities."""
     import casadi as ca
 
-    t = bvp.traced
-    return _along(ca, t.field, True), _along(ca, t.ends, False), _along(ca, t.densities, True)
+    fields, densities = zip(*bvp.traced.parts, strict=True)
+    return (
+        _along(ca, fields, bvp.layout),
+        _along(ca, [bvp.traced.ends], None),
+        _along(ca, densities, bvp.layout),
+    )
 
 
-def _along(ca: Any, function: Any, has_place: bool) -> Any:
-    sizes = [function.numel_in(i) for i in range(function.n_in())]
-    place = [ca.SX.sym("s")] if has_place else []
+def _along(ca: Any, functions: Sequence[Any], layout: Layout | None) -> Any:
+    """One CasADi function from those of all parts of the reference interval, or from one of both ends."""
+    sizes = [functions[0].numel_in(i) for i in range(functions[0].n_in())]
+    place = [] if layout is None else [ca.SX.sym("x")]
     u, p = ca.SX.sym("u", sizes[-2]), ca.SX.sym("p", sizes[-1])
     v, vp, t = ca.SX.sym("v", sizes[-2]), ca.SX.sym("vp", sizes[-1]), ca.SX.sym("t")
-    moved = function(*place, u + t * v, p + t * vp)[0]
-    derivatives = []
-    for _ in range(3):
-        moved = ca.jtimes(moved, t, ca.SX(1)) if moved.numel() else moved
-        derivatives.append(ca.densify(ca.substitute(moved, t, ca.SX(0))) if moved.numel() else ca.SX(0, 1))
-    return ca.Function("along", [*place, u, p, v, vp], derivatives[1:])
+    found = []
+    for function in functions:
+        moved = function(*place, u + t * v, p + t * vp)
+        moved = moved[0] if isinstance(moved, tuple) else moved
+        derivatives = []
+        for _ in range(3):
+            moved = ca.jtimes(moved, t, ca.SX(1)) if moved.numel() else moved
+            derivatives.append(ca.densify(ca.substitute(moved, t, ca.SX(0))) if moved.numel() else ca.SX(0, 1))
+        found.append(derivatives[1:])
+    parts = [list(each) for each in zip(*found, strict=True)]
+    outputs = [each[0] if layout is None else switched(ca, place[0], layout, each) for each in parts]
+    return ca.Function("along", [*place, u, p, v, vp], outputs)
 
 
 def _evaluators(colloc: Collocation) -> tuple[Evaluator, Evaluator, Evaluator]:
