@@ -13,6 +13,8 @@ from rodatlas.continuation.problem.layout import Inner, Layout, Place, laid_out
 from rodatlas.continuation.problem.observable import Observable
 from rodatlas.continuation.problem.tracing import Named, Tracer, function_of, numpy_semantics, pattern_of, second_of
 
+SAME_DEPTH = 16  # of expressions for places, in which they are compared
+
 
 @dataclass(frozen=True)
 class Statement:
@@ -116,18 +118,20 @@ class Trace:
         """Expressions of all places, in their order at the default parameters, ends included."""
         said = self._said
         start, end = (self._expression("interval", at) for at in said.interval)
-        found: dict[Place, Any] = {}
+        found, aliases = list[Any](), dict[Place, int]()
         for field, at in [("breakpoints", at) for at in said.breakpoints] + [
             ("inner", at) for at in said.inner_places()
         ]:
-            if at not in found:
-                found[at] = self._expression(field, at)
-        names = list(found)
-        if names:
-            at_default = self._numbers([start, *found.values(), end])
-            names = [names[i] for i in np.argsort(at_default[1:-1], kind="stable")]
-        self._order = {at: i + 1 for i, at in enumerate(names)}
-        return [start, *(found[at] for at in names), end]
+            expression = self._expression(field, at)
+            same = (i for i, known in enumerate(found) if self._ca.is_equal(known, expression, SAME_DEPTH))
+            aliases[at] = next(same, len(found))
+            if aliases[at] == len(found):
+                found.append(expression)
+        rank = np.argsort(np.argsort(self._numbers(found), kind="stable"))
+        self._order = {at: int(rank[i]) + 1 for at, i in aliases.items()}
+        laws = {self._order[at] for at in (*said.breakpoints, *(x.at for x in said.inner))}
+        self._law = np.cumsum([i in laws for i in range(len(found) + 1)])  # number of the law on each piece
+        return [start, *(found[i] for i in np.argsort(rank)), end]
 
     def _expression(self, field: str, at: Place) -> Any:
         if isinstance(at, str):
@@ -145,7 +149,7 @@ class Trace:
         """Values at the default parameters."""
         function = self._ca.Function("places", [self._q], [self._ca.vertcat(*expressions)])
         default = [np.log(v) if k in self._said.log else v for k, v in self._said.parameters.items()]
-        return np.asarray(function(default)).ravel()
+        return np.asarray(function(default)).reshape(-1)
 
     def _layout(self) -> Layout:
         said, places = self._said, self._numbers(self._places)
@@ -155,8 +159,8 @@ class Trace:
                 f"interval, breakpoints, inner: expected distinct places between the ends of the interval at the "
                 f"default parameters, got {shown}"
             )
-        if len(self._rhs) not in (1, len(places) - 1):
-            raise ValueError(f"rhs: expected one function or {len(places) - 1}, one per piece, got {len(self._rhs)}")
+        if len(self._rhs) not in (1, laws := int(self._law[-1]) + 1):
+            raise ValueError(f"rhs: expected one function or {laws}, one per piece, got {len(self._rhs)}")
         inner = [self._place_of(at) for at in said.inner_places()]
         moving = any(not e.is_constant() for e in self._places[1:-1])
         return laid_out(places.tolist(), [i in inner for i in range(len(places))], moving)
@@ -197,7 +201,7 @@ class Trace:
             sides = (self._u - (self._x - start) * f, self._u + (start + width - self._x) * f)
             rows = [self._on_sides(row, side, sides) / width if at == first else zero for at, row, side in self._rows]
             return f, ca.vertcat(*rows) if rows else ca.SX(0, 1)
-        rhs = self._rhs[first if len(self._rhs) > 1 else 0]
+        rhs = self._rhs[self._law[first] if len(self._rhs) > 1 else 0]
         rows = [row if at is None else zero for at, row, _ in self._rows]
         both = ca.vertcat(rhs, *rows)
         s0, s1 = self._places[first], self._places[first + 1]
