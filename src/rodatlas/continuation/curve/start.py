@@ -110,7 +110,8 @@ def unit_of_bounds(bvp: BVP, guess: Solution, free: list[int], options: TraceOpt
     """
     scale = Scale.of(bvp, guess)
     for i in free:
-        low, high = options.bounds.get(bvp.parameter_names[i], (-np.inf, np.inf))
+        name = bvp.parameter_names[i]
+        low, high = (bvp.coordinate(name, v) for v in options.bounds.get(name, (-np.inf, np.inf)))
         if bvp.parameter_names[i] not in bvp.scales and np.isfinite(high - low):
             scale.parameters[i] = np.clip(1.0, (high - low) / FARTHEST, (high - low) / CLOSEST)
     return scale

@@ -118,16 +118,17 @@ def trace(
     branch = follow(frame, options, both)
     left_at_once = len(branch) == 1 and EndReason.RANGE in branch.ends
     for name, (low, high) in options.bounds.items() if left_at_once else ():
-        if not low - 1e-9 * max(1.0, abs(low)) <= values[name] <= high + 1e-9 * max(1.0, abs(high)):
+        a, b = bvp.coordinate(name, low), bvp.coordinate(name, high)
+        if not a - 1e-9 * max(1.0, abs(a)) <= values[name] <= b + 1e-9 * max(1.0, abs(b)):
             raise ValueError(
                 f"bounds: expected {low:g} <= {name} <= {high:g} at the start or on the way, got {name} = "
-                f"{values[name]:g} and a run that leads away from there"
+                f"{branch.points[0].solution[name]:g} and a run that leads away from there"
             )
     return branch
 
 
 def _watched_values(frame: Frame, options: TraceOptions) -> dict[str, float]:
-    """What bounds and zeros refer to; a NaN would be neither inside nor outside."""
+    """What bounds and zeros refer to, as it is measured along the branch; a NaN would be neither inside nor outside."""
     values = {name: frame.colloc.observable_row(name, frame.x)[0] for name in (*options.bounds, *options.zeros)}
     for name, value in values.items():
         if not np.isfinite(value):

@@ -163,7 +163,9 @@ def relative_change(colloc: Collocation, x: Columns, dx: Columns) -> float:
     su, sp = colloc.scale.unknowns, colloc.scale.parameters[colloc.free]
     size = np.maximum(1.0, np.abs(x.mesh).max(axis=0) * su)
     changes = np.abs(dx.mesh).max(axis=0) * su / size
-    scalars = np.abs(dx.scalars) * sp / np.maximum(1.0, np.abs(x.scalars[: len(sp)]) * sp)
+    amount = np.maximum(1.0, np.abs(x.scalars[: len(sp)]) * sp)
+    amount[[colloc.bvp.parameter_names[i] in colloc.bvp.log for i in colloc.free]] = 1.0  # relative as it is
+    scalars = np.abs(dx.scalars) * sp / amount
     return float(max(changes.max(), scalars.max(initial=0.0)))
 
 

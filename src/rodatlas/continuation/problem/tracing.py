@@ -4,10 +4,13 @@ from __future__ import annotations
 
 import math
 import numbers
+import re
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from typing import Any
 
 import numpy as np
+
+INSTEAD = "`erf` and `tabulated` of this package take symbols"
 
 
 class Named:
@@ -115,7 +118,7 @@ class Tracer:
         if any(math.isnan(function.instruction_constant(k)) for k in constants):
             raise ValueError(
                 f"{field}: expected functions of the given symbols, got the constant NaN: float(), math.sin and the "
-                "like make it of a symbol, so write np.sin and leave out float()"
+                f"like make it of a symbol, so write np.sin and leave out float(); {INSTEAD}"
             )
 
 
@@ -127,6 +130,9 @@ def _why_untraceable(field: str, error: Exception) -> str:
             "the function is called once with symbols: write np.where(condition, a, b) "
             "(casadi.if_else before CasADi 3.8), np.minimum or np.maximum"
         )
+    refused = re.search(r"<ufunc '(\w+)'>", str(error))
+    if refused and not hasattr(np, refused[1]):
+        return f"{field}: expected arithmetic and NumPy functions of the arguments, got SciPy's {refused[1]}: {INSTEAD}"
     first = (str(error).strip().splitlines() or [""])[0]
     return f"{field}: expected arithmetic and NumPy functions of the arguments, got {type(error).__name__}: {first}"
 
