@@ -252,6 +252,20 @@ def test_a_symmetric_problem_keeps_a_symmetric_mesh() -> None:
 # -- inner points -----------------------------------------------------------------------------------------------------
 
 
+@pytest.mark.parametrize("name", ["mean", "tip", "middle"])
+def test_the_value_of_an_observable_as_a_parameter(name: str) -> None:
+    """Of each kind, on an interval whose length is another free parameter: the same branch, with its value."""
+    bvp = fin().with_value_of(name, "value")
+    start = solve(bvp, zero(bvp), ("m", "value"))
+    assert start["value"] == pytest.approx(start[name], abs=1e-10)
+    longer = trace(bvp, start, ("value", "b"), TraceOptions(max_points=8), both=False)
+    np.testing.assert_allclose(longer.column("value"), longer.column(name), atol=1e-9)
+    assert abs(longer.points[-1].solution["b"] - 3.0) > 0.05
+    if name == "middle":
+        lengths = longer.column("b")
+        np.testing.assert_allclose(longer.column("value"), fin_exact(2.0, lengths), atol=1e-8)
+
+
 def test_a_beam_with_a_point_load() -> None:
     """EI = 1, length 2, load 1 at a third: w = a^2 b^2/(3 L) under it, shear forces by the lever."""
     length, a = 2.0, 2.0 / 3.0
@@ -479,6 +493,10 @@ def test_places_are_saved(tmp_path: Path) -> None:
         ({"inner": [Inner(0.5, jumps=lambda u, p: [1.0])]}, "jumps: expected a mapping with some of u, v"),
         ({"inner": [Inner(0.5, jumps=lambda u, p: {"v": u.v})]}, "jumps: expected .* make the jump a free parameter"),
         ({"inner": [Inner(0.5, jumps=lambda u, p: {"v": 1.0})] * 2}, "inner: expected one Inner for each place"),
+        (
+            {"inner": [Inner(at, jumps=lambda u, p: {"v": 1.0}) for at in ("c", lambda p: p.c)]},
+            "inner: expected one Inner for each place",
+        ),
         ({"inner": [Inner(0.5, conditions=lambda left, right, p: [left.u] * 3)]}, "2 unknowns and 3 inner conditions"),
         ({"observables": {"x": value_at(0.0, lambda u, p: u.u)}}, "expected distinct places"),
         ({"rhs": [lambda s, u, p: [u.v, u.u]] * 2}, "rhs: expected one function or 1, one per piece, got 2"),

@@ -4,14 +4,15 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping, Sequence
-from functools import cached_property
+from copy import copy
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
 from rodatlas.continuation.problem.layout import Inner, Place, check_place
 from rodatlas.continuation.problem.observable import Observable, check_function
-from rodatlas.continuation.problem.symmetry import Symmetry, checked
+from rodatlas.continuation.problem.symmetry import Symmetry, checked, widened
 from rodatlas.continuation.problem.traced import Statement, Trace
 
 
@@ -109,18 +110,21 @@ class BVP:
         functions = _functions("rhs", rhs), _functions("integrals", integrals or ())
         _check_functions(functions[0], boundary, functions[1], self.observables)
         self.log = _log("log", log, self.parameters)
-        self._said = Statement(
+        self._state(Statement(
             self.unknowns, self.parameters, self.log, functions[0], boundary, functions[1], _interval(interval),
             _places("breakpoints", breakpoints), _inner(inner), self.observables, identities,
-        )  # fmt: skip
-        found = Trace(self._said)
+        ))  # fmt: skip
+        self.symmetries, self.gauges = checked(self, symmetries)
+
+    def _state(self, said: Statement) -> None:
+        """Trace a statement, and count its conditions."""
+        found = Trace(said)
+        self._said, self.parameters = said, dict(said.parameters)
         self.traced, self.layout, self.sparsity = found.functions, found.layout, found.sparsity
         self.n_boundary, self.n_inner = found.n_boundary, found.n_inner
         self.n_integral = found.n_integral + found.n_inner
-        self._check_count()
         self._is_log = np.array([name in self.log for name in self.parameters], dtype=bool)
-        self._symmetries = tuple(symmetries)
-        self.symmetries, self.gauges = checked(self, symmetries)
+        self._check_count()
 
     def __repr__(self) -> str:
         conditions = self.conditions.replace(" + ", " and ")
@@ -144,7 +148,7 @@ class BVP:
         """Number of free parameters along a branch."""
         return self.n_boundary + self.n_integral - self.size + 1
 
-    @cached_property
+    @property
     def parameter_names(self) -> tuple[str, ...]:
         return tuple(self.parameters)
 
@@ -163,13 +167,28 @@ class BVP:
 
     def with_parameter(self, name: str) -> BVP:
         """The same problem with one more parameter, zero and without effect."""
-        said = self._said
-        return BVP(
-            said.rhs, said.boundary, said.integrals, unknowns=self.unknowns, parameters={**self.parameters, name: 0.0},
-            observables=self.observables, scales=self.scales, symmetries=self._symmetries,
-            identities=said.identities, interval=said.interval, breakpoints=said.breakpoints, inner=said.inner,
-            log=self.log, name=self.name,
-        )  # fmt: skip
+        return self._restated(replace(self._said, parameters={**self.parameters, name: 0.0}))
+
+    def with_value_of(self, observable: str, name: str) -> BVP:
+        """The same problem with the value of an observable as one more parameter, and the condition that this makes.
+
+        Symmetries are taken over as they are: in a subspace that one of them fixes, it leaves the value alone.
+
+        Parameters
+        ----------
+        observable : one of the problem's; name : of the new parameter, the last one.
+        """
+        held = {**self._said.held, observable: name}
+        return self._restated(replace(self._said, parameters={**self.parameters, name: 0.0}, held=held))
+
+    def _restated(self, said: Statement) -> BVP:
+        """The problem of a statement with more parameters at the end, which symmetries leave alone."""
+        new = copy(self)
+        new._state(said)
+        more = len(said.parameters) - len(self.parameters)
+        new.symmetries = {name: widened(action, more) for name, action in self.symmetries.items()}
+        new.gauges = tuple(widened(action, more) for action in self.gauges)
+        return new
 
     # -- what the engine computes with --------------------------------------------------------------------------------
 

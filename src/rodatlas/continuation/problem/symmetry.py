@@ -128,6 +128,15 @@ class Action:
         return p @ self.matrix[n:-1, n:-1].T + self.matrix[n:-1, -1]
 
 
+def widened(action: Action, more: int) -> Action:
+    """The action on a problem with more parameters at the end, which it leaves alone."""
+    old = len(action.matrix) - 1
+    matrix = np.eye(old + more + 1)
+    kept = [*range(old), old + more]
+    matrix[np.ix_(kept, kept)] = action.matrix
+    return Action(action.name, matrix, action.size, action.reverse)
+
+
 def checked(bvp: BVP, symmetries: Sequence[Symmetry]) -> tuple[dict[str, Action], tuple[Action, ...]]:
     """The symmetries of a problem by name, and its gauges, each tested at random points.
 

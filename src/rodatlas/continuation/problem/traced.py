@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
@@ -31,6 +31,7 @@ class Statement:
     inner: tuple[Inner, ...]
     observables: Mapping[str, Observable]
     identities: Callable[..., Any] | None
+    held: Mapping[str, str] = field(default_factory=dict)  # observable -> parameter that is its value
 
     def inner_places(self) -> list[Place]:
         """Places where something jumps, holds or is measured."""
@@ -97,20 +98,41 @@ class Trace:
         # every row: (place, or None for all pieces, expression, side)
         self._rows: list[tuple[int | None, Any, str]] = [(None, row, "") for g in integrals for row in ca.vertsplit(g)]
         self.n_integral = len(self._rows)
-        self._jumps = {}
+        self._jumps: dict[int, Any] = {}
         for x in said.inner:
+            if self._place_of(x.at) in self._jumps:
+                raise ValueError("inner: expected one Inner for each place, got two at the same: put all into one")
             self._jumps[self._place_of(x.at)] = self._jump(here, x)
             conditions = [] if x.conditions is None else ca.vertsplit(ends.column(x.conditions, "conditions"))
             self._rows += [(self._place_of(x.at), row, "both") for row in conditions]
         self.n_inner = len(self._rows) - self.n_integral
         self._identities = None if said.identities is None else here.column(said.identities, "identities")
+        self._read_observables({"integral": inside, "end": ends, "inner": here})
+
+    def _read_observables(self, tracers: Mapping[str, Tracer]) -> None:
+        """Rows of conditions that observables have the values of parameters, then those of the observables."""
+        said = self._said
+        columns = {
+            key: tracers[seen.kind].column(seen.function, f"observable {key}", (key,))
+            for key, seen in said.observables.items()
+        }
+        for key, value in said.held.items():
+            self._append(
+                said.observables[key], columns[key] - self._share(said.observables[key]) * getattr(self._p, value)
+            )
+        self.n_boundary, self.n_integral = self._boundary.numel(), len(self._rows) - self.n_inner
         for key, seen in said.observables.items():
-            tracer = {"integral": inside, "end": ends, "inner": here}[seen.kind]
-            column = tracer.column(seen.function, f"observable {key}", (key,))
-            if seen.kind == "end":
-                self._boundary = ca.vertcat(self._boundary, column)
-            else:
-                self._rows.append((None if seen.at is None else self._place_of(seen.at), column, seen.side))
+            self._append(seen, columns[key])
+
+    def _append(self, seen: Observable, column: Any) -> None:
+        if seen.kind == "end":
+            self._boundary = self._ca.vertcat(self._boundary, column)
+        else:
+            self._rows.append((None if seen.at is None else self._place_of(seen.at), column, seen.side))
+
+    def _share(self, seen: Observable) -> Any:
+        """Of a number in the row of an observable: an integral spreads it over the interval."""
+        return 1 / (self._places[-1] - self._places[0]) if seen.kind == "integral" else 1
 
     # -- places -------------------------------------------------------------------------------------------------------
 
@@ -119,10 +141,9 @@ class Trace:
         said = self._said
         start, end = (self._expression("interval", at) for at in said.interval)
         found, aliases = list[Any](), dict[Place, int]()
-        for field, at in [("breakpoints", at) for at in said.breakpoints] + [
-            ("inner", at) for at in said.inner_places()
-        ]:
-            expression = self._expression(field, at)
+        named = [*(("breakpoints", at) for at in said.breakpoints), *(("inner", at) for at in said.inner_places())]
+        for kind, at in named:
+            expression = self._expression(kind, at)
             same = (i for i, known in enumerate(found) if self._ca.is_equal(known, expression, SAME_DEPTH))
             aliases[at] = next(same, len(found))
             if aliases[at] == len(found):
