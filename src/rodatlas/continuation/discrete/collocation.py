@@ -108,8 +108,8 @@ class Collocation:
     bvp : BVP
     mesh : (N+1,) of the reference interval; knots of the problem's layout are made points of it
     points : Gauss points per interval
-    base : (np,) values of all parameters; the free ones are overridden by the state. The attribute `base` holds their
-        coordinates, which are logarithms where the problem says so, and so does what :meth:`parameters` returns.
+    base : (np,) values of all parameters; the free ones are overridden by the state, whose scalars are coordinates
+        of the free ones, see :meth:`BVP.coordinates`
     free : indices of the free parameters, the first one being the continuation parameter
     scale : Scale
     within : subspace of symmetric states in which Newton's method stays, see
@@ -121,8 +121,8 @@ class Collocation:
         backend: str | None = None, within: Projection | None = None,
     ):  # fmt: skip
         self.bvp, self.scheme, self.scale, self.backend, self.within = bvp, gauss_scheme(points), scale, backend, within
-        self.given, self.free = base.copy(), np.array(free, dtype=np.int64)
-        self.base = bvp.coordinates(base)
+        self.base, self.free = base.copy(), np.array(free, dtype=np.int64)
+        self._coordinates = bvp.coordinates(base)
         self.mesh = bvp.layout.fitted(mesh)
         self.step = np.diff(self.mesh)
         self.count = len(self.step) * points
@@ -151,7 +151,7 @@ class Collocation:
     def on(self, mesh: np.ndarray) -> Collocation:
         """The same discretisation on another mesh."""
         return Collocation(
-            self.bvp, mesh, self.scheme.points, self.given, list(self.free), self.scale, self.backend, self.within
+            self.bvp, mesh, self.scheme.points, self.base, list(self.free), self.scale, self.backend, self.within
         )  # fmt: skip
 
     def kept(self, key: str, make: Callable[[], Any]) -> Any:
@@ -175,7 +175,7 @@ class Collocation:
 
     def parameters(self, x: Columns) -> np.ndarray:
         """Coordinates (np,) of all parameters at a state."""
-        p = self.base.copy()
+        p = self._coordinates.copy()
         p[self.free] = x.scalars[: len(self.free)] * self._sp
         return p
 

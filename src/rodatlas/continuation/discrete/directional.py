@@ -16,8 +16,7 @@ from rodatlas.continuation.discrete.collocation import Collocation
 from rodatlas.continuation.linear.matrix import Blocks, Columns
 from rodatlas.continuation.problem.bvp import BVP
 from rodatlas.continuation.problem.evaluator import Evaluator
-from rodatlas.continuation.problem.layout import Layout
-from rodatlas.continuation.problem.traced import switched
+from rodatlas.continuation.problem.traced import Choice
 
 
 @lru_cache(maxsize=32)
@@ -27,16 +26,16 @@ def _functions(bvp: BVP) -> tuple[Any, Any, Any]:
 
     fields, densities = zip(*bvp.traced.parts, strict=True)
     return (
-        _along(ca, fields, bvp.layout),
+        _along(ca, fields, bvp.traced.choice),
         _along(ca, [bvp.traced.ends], None),
-        _along(ca, densities, bvp.layout),
+        _along(ca, densities, bvp.traced.choice),
     )
 
 
-def _along(ca: Any, functions: Sequence[Any], layout: Layout | None) -> Any:
-    """One CasADi function from those of all parts of the reference interval, or from one of both ends."""
+def _along(ca: Any, functions: Sequence[Any], choice: Choice | None) -> Any:
+    """One CasADi function from those of all laws and inner points, or from one of both ends."""
     sizes = [functions[0].numel_in(i) for i in range(functions[0].n_in())]
-    place = [] if layout is None else [ca.SX.sym("x")]
+    place = [] if choice is None else [ca.SX.sym("x")]
     u, p = ca.SX.sym("u", sizes[-2]), ca.SX.sym("p", sizes[-1])
     v, vp, t = ca.SX.sym("v", sizes[-2]), ca.SX.sym("vp", sizes[-1]), ca.SX.sym("t")
     found = []
@@ -49,7 +48,7 @@ def _along(ca: Any, functions: Sequence[Any], layout: Layout | None) -> Any:
             derivatives.append(ca.densify(ca.substitute(moved, t, ca.SX(0))) if moved.numel() else ca.SX(0, 1))
         found.append(derivatives[1:])
     parts = [list(each) for each in zip(*found, strict=True)]
-    outputs = [each[0] if layout is None else switched(ca, place[0], layout, each) for each in parts]
+    outputs = [each[0] if choice is None else choice(ca, place[0], each) for each in parts]
     return ca.Function("along", [*place, u, p, v, vp], outputs)
 
 

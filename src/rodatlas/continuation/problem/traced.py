@@ -48,7 +48,7 @@ class Traced:
     `densities`, `densities_second`: the same for the integrands, dense.
     `identities`: (u, p) -> what vanishes along every solution, and both derivatives; None where nothing is declared.
     `places`: p -> places of the ends of pieces, in the user's coordinate.
-    `parts`: (x, u, p) -> f and integrands on each part, of which the functions above are composed.
+    `parts`: (x, u, p) -> f and integrands of each law and inner point; `choice` composes the functions above of them.
 
     Here p holds logarithms of those parameters that are followed in their logarithm.
     """
@@ -62,6 +62,35 @@ class Traced:
     identities: Any
     places: Any
     parts: tuple[tuple[Any, Any], ...]
+    choice: Choice
+
+
+@dataclass(frozen=True, eq=False)
+class Choice:
+    """Which of several expressions holds where on the reference interval.
+
+    Attributes
+    ----------
+    starts : (K,) where its parts begin; owner : (K,) number of the expression on each.
+    """
+
+    starts: np.ndarray
+    owner: np.ndarray
+
+    def __call__(self, ca: Any, x: Any, expressions: Sequence[Any]) -> Any:
+        """The one that holds at x; what others give there, NaN say, has no effect."""
+        if len(expressions) == 1:
+            return expressions[0]
+        number = by_place(ca, x, self.starts, [ca.SX(int(i)) for i in self.owner])
+        return sum(ca.if_else(number == i, each, 0) for i, each in enumerate(expressions))
+
+
+def by_place(ca: Any, x: Any, starts: np.ndarray, expressions: Sequence[Any]) -> Any:
+    """The expression of the last start below x, of increasing ones; the first where there is none."""
+    out = expressions[-1]
+    for start, expression in zip(starts[:0:-1], expressions[-2::-1], strict=True):
+        out = ca.if_else(x < float(start), expression, out)
+    return out
 
 
 class Trace:
@@ -211,31 +240,43 @@ class Trace:
 
     # -- composition --------------------------------------------------------------------------------------------------
 
-    def _part(self, i: int) -> tuple[Any, Any]:
-        """Right-hand side (n,) and densities on one part, in the reference coordinate."""
-        ca, layout = self._ca, self.layout
-        start, width = float(layout.knots[i]), float(np.diff(layout.knots)[i])
-        first, inner = int(layout.places[i]), bool(layout.is_inner[i])
-        zero = ca.SX.zeros(1)
-        if inner:
-            f = self._jumps.get(first, ca.SX.zeros(self._u.numel())) / width
-            sides = (self._u - (self._x - start) * f, self._u + (start + width - self._x) * f)
-            rows = [self._on_sides(row, side, sides) / width if at == first else zero for at, row, side in self._rows]
-            return f, ca.vertcat(*rows) if rows else ca.SX(0, 1)
-        rhs = self._rhs[self._law[first] if len(self._rhs) > 1 else 0]
-        rows = [row if at is None else zero for at, row, _ in self._rows]
-        both = ca.vertcat(rhs, *rows)
-        s0, s1 = self._places[first], self._places[first + 1]
-        if len(layout.weights) > 1 or not (s0.is_zero() and s1.is_one()):
-            length = s1 - s0
+    def _groups(self) -> list[list[int]]:
+        """Parts with one expression for all: the pieces of each law, and every inner point by itself."""
+        layout = self.layout
+        pieces, inner = np.flatnonzero(~layout.is_inner), np.flatnonzero(layout.is_inner)
+        law = self._law[layout.places[pieces]] if len(self._rhs) > 1 else np.zeros(len(pieces), dtype=int)
+        return [pieces[law == i].tolist() for i in range(len(self._rhs))] + [[i] for i in inner.tolist()]
+
+    def _on_pieces(self, parts: Sequence[int], law: int) -> tuple[Any, Any]:
+        """Right-hand side (n,) and densities on the pieces of one law, in the reference coordinate."""
+        ca, layout, n = self._ca, self.layout, self._u.numel()
+        rows = [row if at is None else ca.SX.zeros(1) for at, row, _ in self._rows]
+        both = ca.vertcat(self._rhs[law], *rows)
+        if len(layout.weights) == 1 and self._places[0].is_zero() and self._places[1].is_one():
+            both = ca.substitute(both, self._s, self._x)
+            return both[:n], both[n:]
+        places, rates = [], []
+        for i in parts:
+            start, width, first = float(layout.knots[i]), float(np.diff(layout.knots)[i]), int(layout.places[i])
+            length = self._places[first + 1] - self._places[first]
             if not length.is_constant():  # what has no length left has no solution either
                 length = ca.if_else(length > 0, length, ca.SX(float("nan")))
-            there = s0 + (self._x - start) * (length / width)
-            both = ca.substitute(both, self._s, there) * (length / width)
-        else:
-            both = ca.substitute(both, self._s, self._x)
-        n = self._u.numel()
+            rates.append(length / width)
+            places.append(self._places[first] + (self._x - start) * rates[-1])
+        place, rate = (by_place(ca, self._x, layout.knots[parts], each) for each in (places, rates))
+        both = ca.substitute(both, self._s, place) * rate
         return both[:n], both[n:]
+
+    def _at_inner_point(self, part: int) -> tuple[Any, Any]:
+        """The same on the part of an inner point."""
+        ca, layout = self._ca, self.layout
+        start, width, place = float(layout.knots[part]), float(np.diff(layout.knots)[part]), int(layout.places[part])
+        f = self._jumps.get(place, ca.SX.zeros(self._u.numel())) / width
+        sides = (self._u - (self._x - start) * f, self._u + (start + width - self._x) * f)
+        rows = [
+            self._on_sides(row, side, sides) / width if at == place else ca.SX.zeros(1) for at, row, side in self._rows
+        ]
+        return f, ca.vertcat(*rows) if rows else ca.SX(0, 1)
 
     def _on_sides(self, row: Any, side: str, sides: tuple[Any, Any]) -> Any:
         if side == "both":
@@ -244,7 +285,11 @@ class Trace:
 
     def _compose(self) -> None:
         ca, x, u, q = self._ca, self._x, self._u, self._q
-        parts = [self._part(i) for i in range(len(self.layout.weights))]
+        groups, laws = self._groups(), len(self._rhs)
+        parts = [self._on_pieces(group, i) if i < laws else self._at_inner_point(group[0])
+                 for i, group in enumerate(groups)]  # fmt: skip
+        self._owner = np.array([i for part in range(len(self.layout.weights)) for i in range(len(groups))
+                                if part in groups[i]])  # fmt: skip
         fields, densities = [f for f, _ in parts], [g for _, g in parts]
         pattern = sum((ca.DM(ca.jacobian(f, u).sparsity(), 1) for f in fields), ca.DM(u.numel(), u.numel())).sparsity()
         self.sparsity: Sparsity = strong_components(u.numel(), *pattern_of(pattern))
@@ -265,6 +310,7 @@ class Trace:
             ),
             places=function_of(ca, "places", [q], [ca.vertcat(*self._places)]),
             parts=tuple((function_of(ca, "f", [x, u, q], [f]), function_of(ca, "g", [x, u, q], [g])) for f, g in parts),
+            choice=Choice(self.layout.knots[:-1], self._owner),
         )  # fmt: skip
 
     def _second(self, name: str, x: Any, parts: Sequence[Any]) -> Any:
@@ -275,16 +321,9 @@ class Trace:
         return self._switched(name, inputs, outputs)
 
     def _switched(self, name: str, inputs: list[Any], parts: list[list[Any]]) -> Any:
-        outputs = [switched(self._ca, inputs[0], self.layout, list(each)) for each in zip(*parts, strict=True)]
+        choice = Choice(self.layout.knots[:-1], self._owner)
+        outputs = [choice(self._ca, inputs[0], list(each)) for each in zip(*parts, strict=True)]
         return function_of(self._ca, name, inputs, outputs)
-
-
-def switched(ca: Any, x: Any, layout: Layout, parts: list[Any]) -> Any:
-    """The expression that belongs to the part in which x lies; what the others give there, NaN say, has no effect."""
-    out = parts[-1]
-    for knot, part in zip(layout.knots[-2:0:-1], parts[-2::-1], strict=True):
-        out = ca.if_else(x < float(knot), part, out)
-    return out
 
 
 def _derivatives(ca: Any, f: Any, u: Any, p: Any) -> list[Any]:
