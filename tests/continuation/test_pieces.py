@@ -363,6 +363,8 @@ def test_a_string_over_an_obstacle() -> None:
     np.testing.assert_allclose(branch.column("d"), 4 - np.sqrt(4 - h), rtol=1e-9)
     last = branch.points[-1].solution
     assert last(2.0, "u") == pytest.approx([last["h"]], abs=1e-9)
+    with pytest.raises(ValueError, match=r"start: expected parameters at which .* order, got the places 0, 2\.5, 2, 4"):
+        solve(bvp, zero(bvp, c=2.5, d=2.0), ("h", "c", "d"))
     gone = trace(bvp, zero(bvp), ("h", "c", "d"), TraceOptions(bounds={"h": (-3.0, 3.0)}))
     assert EndReason.MIN_STEP in gone.ends  # no contact is left at h = 0, c = d = 2
     assert NewtonCode.NOT_FINITE in gone.failures

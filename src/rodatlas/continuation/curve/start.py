@@ -160,6 +160,7 @@ def _checked(bvp: BVP, start: Solution) -> Solution:
         finite = np.isfinite(values.reshape(-1, len(names))).all(axis=0)
         if not finite.all():
             raise ValueError(f"start: expected finite numbers, got NaN or infinity in '{names[int(finite.argmin())]}'")
+    bvp.check_places("start", bvp.parameter_vector(dict(zip(start.parameter_names, start.parameters, strict=True))))
     if (start.unknowns, start.parameter_names) == (bvp.unknowns, bvp.parameter_names):
         return start
     order = [start.unknowns.index(name) for name in bvp.unknowns]

@@ -214,6 +214,14 @@ class BVP:
             return value
         return float(np.log(value)) if value > 0 else -np.inf
 
+    def check_places(self, field: str, parameters: np.ndarray) -> None:
+        """Raise ValueError where a piece has no length at some parameters (np,)."""
+        found = self.places(parameters)[:, 1]
+        if not (np.diff(found)[~self.layout.is_inner] > 0).all():
+            shown = ", ".join(f"{value:g}" for value in dict.fromkeys(found))
+            raise ValueError(f"{field}: expected parameters at which interval, breakpoints and inner points keep their "
+                             f"order, got the places {shown}")  # fmt: skip
+
     def places(self, parameters: np.ndarray) -> np.ndarray:
         """Knots of the reference interval and the places that they stand for, (K+1, 2), at parameters (np,)."""
         found = np.asarray(self.traced.places(self.coordinates(parameters))).ravel()
