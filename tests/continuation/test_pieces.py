@@ -6,6 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from scipy.linalg import expm
 from scipy.optimize import brentq
 from scipy.special import iv, kv
 
@@ -288,6 +289,43 @@ def test_a_beam_with_a_point_load() -> None:
     assert list(at["q"][np.asarray(at["s"]) == a]) == pytest.approx([-b / length, a / length])
 
 
+@pytest.mark.parametrize("seed", range(6))
+def test_random_linear_problems_with_jumps(seed: int) -> None:
+    """u' = A u + b on pieces of random length; jumps of two unknowns by c + k u_0. Against matrix exponentials."""
+    rng = np.random.default_rng(seed)
+    n, cuts = 3, np.sort(rng.uniform(-0.9, 1.9, 3))
+    a, b = rng.normal(size=(4, n, n)), rng.normal(size=(4, n))
+    c, k = rng.normal(size=(3, 2)), rng.normal(size=(3, 2))
+    left, right = rng.normal(size=(2, n)), rng.normal(size=n)
+    bvp = BVP(
+        [lambda s, u, p, i=i: [a[i, j] @ np.array(list(u)) + b[i, j] for j in range(n)] for i in range(4)],
+        lambda one, two, p: [sum(w * x for w, x in zip(row, end, strict=True)) - 1
+                             for row, end in ((left[0], one), (left[1], one), (right, two))],
+        unknowns=("u", "v", "w"), interval=(-1.0, 2.0),
+        inner=[
+            Inner(float(at), jumps=lambda u, p, c=c, k=k: {"v": c[0] + k[0] * u.u, "w": c[1] + k[1] * u.u})
+            for at, c, k in zip(cuts, c, k, strict=True)
+        ],
+    )  # fmt: skip
+    found = solve(bvp, Solution.from_function(lambda s: np.zeros((len(s), n)), bvp.unknowns, {}))
+    through, at = np.eye(n + 1), [-1.0, *cuts, 2.0]
+    for i in range(4):
+        whole = np.zeros((n + 1, n + 1))
+        whole[:n, :n], whole[:n, n] = a[i], b[i]
+        through = expm(whole * (at[i + 1] - at[i])) @ through
+        if i < 3:
+            jump = np.eye(n + 1)
+            jump[1:n, n], jump[1:n, 0] = c[i], k[i]
+            through = jump @ through
+    rows = np.vstack([left, right @ through[:n, :n]])
+    start = np.linalg.solve(rows, [1.0, 1.0, 1.0 - right @ through[:n, n]])
+    size = max(1.0, np.abs(found.values).max())
+    np.testing.assert_allclose(found.values[0], start, atol=1e-7 * size)
+    np.testing.assert_allclose(found.values[-1], through[:n, :n] @ start + through[:n, n], atol=1e-7 * size)
+    frame = found.to_frame()
+    assert [list(frame["s"]).count(s) for s in cuts] == [2, 2, 2]
+
+
 def spring(at: float = 0.5, **more) -> BVP:
     """A pinned column w'''' + P w'' + w^3 = 0 with a spring of stiffness k: the shear force jumps by -k w."""
     return BVP(
@@ -461,7 +499,7 @@ def test_other_solutions_of_a_problem_with_a_jump() -> None:
     bvp = spring()
     options = TraceOptions(bounds={"P": (5.0, 100.0)})
     flat = solve(bvp, zero(bvp, P=33.0), ("P",), options)
-    found = other_solutions(bvp, [flat], options=options)
+    found = other_solutions(bvp, [flat], options=options, limit=2)
     assert len(found) == 2  # beyond 29.3 the column bends to either side
     assert found[0](0.5, "w") == pytest.approx(-found[1](0.5, "w"), abs=1e-7)
 

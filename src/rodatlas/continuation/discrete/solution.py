@@ -165,11 +165,13 @@ class Solution:
         return load_solution(path)
 
     def to_frame(self) -> Table:
-        """Places of the mesh points and unknowns as a table; where unknowns jump there are two rows."""
+        """Places of the mesh points and unknowns as a table; at inner points there are two rows, with both values."""
         from rodatlas.continuation.table import Table
 
-        rows = np.column_stack([self.s, self.values])
-        return Table(rows, columns=["s", *self.unknowns])
+        x, at = self.places.T
+        part = np.clip(np.searchsorted(x, self.mesh, side="right") - 1, 0, len(x) - 2)
+        amid = (np.diff(at) == 0)[part] & (self.mesh > x[part])  # neither side of an inner point
+        return Table(np.column_stack([self.s, self.values])[~amid], columns=["s", *self.unknowns])
 
     @classmethod
     def from_function(
