@@ -128,7 +128,7 @@ def trace(
 
 
 def _watched_values(frame: Frame, options: TraceOptions) -> dict[str, float]:
-    """What bounds and zeros refer to, as it is measured along the branch; a NaN would be neither inside nor outside."""
+    """What bounds and zeros refer to; a NaN would be neither inside nor outside."""
     values = {name: frame.colloc.observable_row(name, frame.x)[0] for name in (*options.bounds, *options.zeros)}
     for name, value in values.items():
         if not np.isfinite(value):
