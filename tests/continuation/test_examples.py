@@ -10,7 +10,7 @@ import pytest
 from bvp_problems import BRATU_FOLD, EULER_LOADS
 from scipy.integrate import quad, solve_bvp, solve_ivp
 from scipy.optimize import brentq, fsolve, minimize_scalar, newton
-from scipy.special import airy, ellipk, ellipkinc, jv
+from scipy.special import airy, ellipk, ellipkinc, erf, jv
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
 
@@ -45,6 +45,62 @@ def test_phase_separation(capsys: pytest.CaptureFixture[str]) -> None:
     folds = [abs(x.solution["m"]) for x in front.of_kind("fold")]
     assert len(folds) == 4
     np.testing.assert_allclose(folds, folds[0], atol=1e-8)  # four mirror images of one fold
+
+
+def test_stepped_column(capsys: pytest.CaptureFixture[str]) -> None:
+    branch, locus = run("stepped_column.py")
+    assert "buckling load 23.572548" in capsys.readouterr().out
+    assert branch.special[0].solution["P"] == pytest.approx(stepped_load(0.3137), rel=1e-8)
+    assert len(locus.points) > 10
+    for point in locus.points:
+        assert point.solution["P"] == pytest.approx(stepped_load(point.solution["c"]), rel=3e-8)
+
+
+def stepped_load(c: float) -> float:
+    """tan(kc) + 2 tan(k (1 - c)/2) = 0, times both cosines."""
+
+    def mismatch(p: float) -> float:
+        one, two = np.sqrt(p) * c, np.sqrt(p) * (1 - c) / 2
+        return float(np.sin(one) * np.cos(two) + 2 * np.sin(two) * np.cos(one))
+
+    return float(brentq(mismatch, 9.0, 4 * np.pi**2, xtol=1e-13))
+
+
+def test_support(capsys: pytest.CaptureFixture[str]) -> None:
+    branch, locus = run("support.py")
+    assert "together at k = 157.91367, P = 39.478418" in capsys.readouterr().out
+    one, two = (x.solution["P"] for x in branch.special)
+    assert two == pytest.approx(4 * np.pi**2, rel=2e-8)
+    (crossing,) = locus.events
+    assert crossing.kind == "crossing"
+    assert crossing.solution["k"] == pytest.approx(16 * np.pi**2, rel=1e-7)
+    for load, k in [(one, 100.0), *((p.solution["P"], p.solution["k"]) for p in locus.points)]:
+        half = np.sqrt(load) / 2
+        spring = k / 4 * (half * np.cos(half) - np.sin(half))
+        assert load * half * np.cos(half) == pytest.approx(spring, rel=1e-6, abs=1e-6)
+
+
+def test_contact(capsys: pytest.CaptureFixture[str]) -> None:
+    branch = run("contact.py")
+    assert "P = 400.0: contact from 0.157080 to 0.842920, force 254.64791" in capsys.readouterr().out
+    k = np.sqrt(branch.column("P"))
+    np.testing.assert_allclose(branch.column("c"), np.pi / k, rtol=1e-8)
+    np.testing.assert_allclose(branch.column("d"), 1 - np.pi / k, rtol=1e-8)
+    for name in ("R", "Q"):
+        np.testing.assert_allclose(branch.column(name), -0.1 * k**3 / np.pi, rtol=1e-7)
+    np.testing.assert_allclose(branch.column("halfway"), 0.1 * (0.5 + 1 / np.pi), rtol=1e-8)
+    flat = branch.points[-1].solution(np.linspace(0.2, 0.8, 7), "w")
+    np.testing.assert_allclose(flat, 0.1, atol=1e-8)
+
+
+def test_stefan(capsys: pytest.CaptureFixture[str]) -> None:
+    branch = run("stefan.py")
+    assert "S = 0.001: l = 0.022356954" in capsys.readouterr().out
+    length, number = branch.column("l"), branch.column("S")
+    np.testing.assert_allclose(np.sqrt(np.pi) * length * np.exp(length**2) * erf(length), number, rtol=1e-7)
+    assert sorted((number[0], number[-1])) == pytest.approx([1e-6, 100.0], rel=1e-12)
+    np.testing.assert_allclose(branch.column("half"), 1 - erf(length / 2) / erf(length), atol=1e-8)
+    assert len(branch) < 80
 
 
 def test_gelfand(capsys: pytest.CaptureFixture[str]) -> None:

@@ -260,8 +260,9 @@ def _both_are_weak(segment: Segment) -> bool:
 
 def _outside(special: SpecialPoint, segment: Segment, options: TraceOptions) -> bool:
     for name, (low, high) in options.bounds.items():
-        before = segment.colloc.observable_row(name, segment.left.x)[0]
-        value, slack = special.solution[name], 1e-8 * max(1.0, abs(before))
+        bvp, before = segment.colloc.bvp, segment.colloc.observable_row(name, segment.left.x)[0]
+        low, value, high = (bvp.coordinate(name, v) for v in (low, special.solution[name], high))
+        slack = 1e-8 * max(1.0, abs(before))
         if low <= before <= high and not low - slack <= value <= high + slack:
             return True
     return False
@@ -355,7 +356,8 @@ def _bisect(
 
 def _values(segment: Segment, name: str, value: float) -> tuple[float, float]:
     """A parameter or observable less `value` at both ends."""
-    left, right = (segment.colloc.observable_row(name, f.x)[0] - value for f in (segment.left, segment.right))
+    at = segment.colloc.bvp.coordinate(name, value)
+    left, right = (segment.colloc.observable_row(name, f.x)[0] - at for f in (segment.left, segment.right))
     return left, right
 
 

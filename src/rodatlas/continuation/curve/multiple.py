@@ -75,7 +75,7 @@ class MultiplePoint:
     def __repr__(self) -> str:
         family = ", a continuum" if self.continuum else ""
         name = self.colloc.bvp.parameter_names[self.colloc.free[0]]
-        value = self.colloc.parameters(self.state)[self.colloc.free[0]]
+        value = self.colloc.bvp.values(self.colloc.parameters(self.state))[self.colloc.free[0]]
         rays = f"{len(self.directions)} rays{family}"
         return f"MultiplePoint({name} = {value:.10g}, multiplicity {self.multiplicity}, {rays})"
 

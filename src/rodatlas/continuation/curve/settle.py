@@ -89,7 +89,8 @@ def at_value(name: str, value: float) -> Hold:
 def at_own_parameter(frame: Frame) -> Hold:
     """The continuation parameter keeps its value."""
     index = int(frame.colloc.free[0])
-    return at_value(frame.colloc.bvp.parameter_names[index], float(frame.colloc.parameters(frame.x)[index]))
+    bvp = frame.colloc.bvp
+    return at_value(bvp.parameter_names[index], float(bvp.values(frame.colloc.parameters(frame.x))[index]))
 
 
 def settled(frame: Frame, options: TraceOptions, holds: Sequence[Hold], anywhere: bool = False) -> Settled[Frame]:

@@ -110,7 +110,8 @@ def unit_of_bounds(bvp: BVP, guess: Solution, free: list[int], options: TraceOpt
     """
     scale = Scale.of(bvp, guess)
     for i in free:
-        low, high = options.bounds.get(bvp.parameter_names[i], (-np.inf, np.inf))
+        name = bvp.parameter_names[i]
+        low, high = (bvp.coordinate(name, v) for v in options.bounds.get(name, (-np.inf, np.inf)))
         if bvp.parameter_names[i] not in bvp.scales and np.isfinite(high - low):
             scale.parameters[i] = np.clip(1.0, (high - low) / FARTHEST, (high - low) / CLOSEST)
     return scale
@@ -159,6 +160,7 @@ def _checked(bvp: BVP, start: Solution) -> Solution:
         finite = np.isfinite(values.reshape(-1, len(names))).all(axis=0)
         if not finite.all():
             raise ValueError(f"start: expected finite numbers, got NaN or infinity in '{names[int(finite.argmin())]}'")
+    bvp.check_places("start", bvp.parameter_vector(dict(zip(start.parameter_names, start.parameters, strict=True))))
     if (start.unknowns, start.parameter_names) == (bvp.unknowns, bvp.parameter_names):
         return start
     order = [start.unknowns.index(name) for name in bvp.unknowns]

@@ -118,10 +118,11 @@ def trace(
     branch = follow(frame, options, both)
     left_at_once = len(branch) == 1 and EndReason.RANGE in branch.ends
     for name, (low, high) in options.bounds.items() if left_at_once else ():
-        if not low - 1e-9 * max(1.0, abs(low)) <= values[name] <= high + 1e-9 * max(1.0, abs(high)):
+        a, b = bvp.coordinate(name, low), bvp.coordinate(name, high)
+        if not a - 1e-9 * max(1.0, abs(a)) <= values[name] <= b + 1e-9 * max(1.0, abs(b)):
             raise ValueError(
                 f"bounds: expected {low:g} <= {name} <= {high:g} at the start or on the way, got {name} = "
-                f"{values[name]:g} and a run that leads away from there"
+                f"{branch.points[0].solution[name]:g} and a run that leads away from there"
             )
     return branch
 

@@ -206,10 +206,11 @@ class Walker:
             value = frame.colloc.observable_row(name, frame.x)[0]
             before = frame.colloc.observable_row(name, self.frame.x)[0]
             for bound, outward in zip(bounds, (-1.0, 1.0), strict=True):
-                tiny = 1e-12 * max(1.0, abs(bound))
-                if outward * (value - bound) > tiny and outward * (value - before) > 0:
-                    inside = outward * (bound - before) > tiny
-                    crossed.append(((bound - before) / (value - before) if inside else 0.0, name, bound))
+                at = frame.colloc.bvp.coordinate(name, bound)
+                tiny = 1e-12 * max(1.0, abs(at))
+                if outward * (value - at) > tiny and outward * (value - before) > 0:
+                    inside = outward * (at - before) > tiny
+                    crossed.append(((at - before) / (value - before) if inside else 0.0, name, bound))
         return sorted(crossed)
 
     def _land(

@@ -12,6 +12,7 @@ from typing import Any, Protocol
 
 import numpy as np
 
+from rodatlas.continuation.discrete.product import gradient_of_product
 from rodatlas.continuation.discrete.solution import Interpolation, Solution, stage_points
 from rodatlas.continuation.linear.gauss import gauss_scheme
 from rodatlas.continuation.linear.matrix import Blocks, BorderedMatrix, Columns, Factorization, factor
@@ -105,9 +106,10 @@ class Collocation:
     Parameters
     ----------
     bvp : BVP
-    mesh : (N+1,)
+    mesh : (N+1,) of the reference interval; knots of the problem's layout are made points of it
     points : Gauss points per interval
-    base : (np,) values of all parameters; the free ones are overridden by the state
+    base : (np,) values of all parameters; the free ones are overridden by the state, whose scalars are coordinates
+        of the free ones, see :meth:`BVP.coordinates`
     free : indices of the free parameters, the first one being the continuation parameter
     scale : Scale
     within : subspace of symmetric states in which Newton's method stays, see
@@ -118,16 +120,19 @@ class Collocation:
         self, bvp: BVP, mesh: np.ndarray, points: int, base: np.ndarray, free: Sequence[int], scale: Scale,
         backend: str | None = None, within: Projection | None = None,
     ):  # fmt: skip
-        self.bvp, self.mesh, self.scheme, self.scale = bvp, mesh, gauss_scheme(points), scale
-        self.base, self.free, self.backend = base.copy(), np.array(free, dtype=np.int64), backend
-        self.within = within
-        self.step = np.diff(mesh)
+        self.bvp, self.scheme, self.scale, self.backend, self.within = bvp, gauss_scheme(points), scale, backend, within
+        self.base, self.free = base.copy(), np.array(free, dtype=np.int64)
+        self._coordinates = bvp.coordinates(base)
+        self.mesh = bvp.layout.fitted(mesh)
+        self.step = np.diff(self.mesh)
         self.count = len(self.step) * points
-        self.gauss = stage_points(mesh, points)
+        self.gauss = stage_points(self.mesh, points)
+        self.part = bvp.layout.part_of_intervals(self.mesh)
         self._su, self._sp = scale.unknowns, scale.parameters[self.free]
         sp = bvp.sparsity
         self._jac_scale = self._su[sp.cols] / self._su[sp.rows]
         self._quadrature = (self.step[:, None] * self.scheme.weights)[:, :, None]
+        self._norm = bvp.layout.weights[self.part][:, None, None] * self._quadrature
         self._field = Evaluator(bvp.traced.field, self.count)
         self._ends = Evaluator(bvp.traced.ends, 1)
         self._has_densities = bvp.traced.densities.numel_out(0) > 0
@@ -158,22 +163,33 @@ class Collocation:
     # -- states ---------------------------------------------------------------------------------------------------
 
     def state(self, solution: Solution) -> Columns:
-        """Scaled state of a solution, interpolated when its mesh is another one."""
-        if not np.array_equal(solution.mesh, self.mesh) or solution.points != self.scheme.points:
+        """Scaled state of a solution, interpolated when its mesh, or its breakpoints, are others."""
+        layout = self.bvp.layout
+        if not np.array_equal(solution.places[:, 0], layout.knots):
+            to = self.bvp.places(solution.parameters)
+            solution = solution.laid_out(to, self.mesh, self.scheme.points)
+        elif not np.array_equal(solution.mesh, self.mesh) or solution.points != self.scheme.points:
             solution = solution.remesh(self.mesh, self.scheme.points)
-        return Columns(
-            solution.stages / self._su, solution.values / self._su, solution.parameters[self.free] / self._sp
-        )
+        scalars = self.bvp.coordinates(solution.parameters)[self.free] / self._sp
+        return Columns(solution.stages / self._su, solution.values / self._su, scalars)
 
     def parameters(self, x: Columns) -> np.ndarray:
-        p = self.base.copy()
+        """Coordinates (np,) of all parameters at a state."""
+        p = self._coordinates.copy()
         p[self.free] = x.scalars[: len(self.free)] * self._sp
         return p
 
     def solution(self, x: Columns, error: float = float("nan")) -> Solution:
-        p = self.parameters(x)
+        p = self.bvp.values(self.parameters(x))
         bare = Solution(
-            self.bvp.unknowns, self.bvp.parameter_names, self.mesh, x.mesh * self._su, x.stage * self._su, p, error
+            self.bvp.unknowns,
+            self.bvp.parameter_names,
+            self.mesh,
+            x.mesh * self._su,
+            x.stage * self._su,
+            p,
+            error,
+            places=self.bvp.places(p),
         )
         return replace(bare, observables=self.observables(x))
 
@@ -210,11 +226,11 @@ class Collocation:
 
     def row(self, v: Columns) -> Row:
         """The functional <v, .> of the mesh-independent inner product."""
-        return Row(v.scalars.copy(), self._quadrature * v.stage)
+        return Row(v.scalars.copy(), self._norm * v.stage)
 
     def inner(self, v: Columns, w: Columns) -> float:
-        r"""Inner product :math:`\int v \cdot w\,ds + \sum v_p w_p` in scaled variables."""
-        return float(np.vdot(self._quadrature * v.stage, w.stage) + v.scalars @ w.scalars)
+        r"""Inner product :math:`\int v \cdot w\,ds / L + \sum v_p w_p` in scaled variables, L the interval's length."""
+        return float(np.vdot(self._norm * v.stage, w.stage) + v.scalars @ w.scalars)
 
     def norm(self, v: Columns) -> float:
         return float(np.sqrt(self.inner(v, v)))
@@ -260,7 +276,7 @@ class Collocation:
         return g.copy(), g_u.reshape(self.count, n, -1), g_p.reshape(self.count, -1, g.shape[1])
 
     def observable_row(self, name: str, x: Columns) -> tuple[float, Row]:
-        """Value of an observable (or parameter) and its gradient as a row."""
+        """Value of an observable, or coordinate of a parameter, and its gradient as a row."""
         k = len(self.free)
         if name in self.bvp.parameters:
             i = int(np.flatnonzero(self.free == self.bvp.parameter_index(name))[0])
@@ -320,36 +336,7 @@ class Collocation:
 
     def second(self, x: Columns, v: Columns, w: Blocks) -> Columns:
         """Gradient with respect to the state of w^T F'(x) v: what minimally augmented systems need."""
-        t = self.bvp.traced
-        field, ends, densities = self.kept(
-            "second",
-            lambda: (
-                Evaluator(t.field_second, self.count),
-                Evaluator(t.ends_second, 1),
-                Evaluator(t.densities_second, self.count),
-            ),
-        )
-        n_int, m, n = x.stage.shape
-        p = self.parameters(x)
-        vp = np.zeros(len(p))
-        vp[self.free] = v.scalars[: len(self.free)] * self._sp
-        u, vu = x.stage * self._su, v.stage * self._su
-        weight = -self.step[:, None, None] * w.stage / self._su
-        g_u, g_p = field(self.gauss, u, p, vu, vp, weight)
-        stage, scal = g_u.reshape(n_int, m, n) * self._su, g_p.sum(axis=0)
-        ends_weight = np.zeros(self.bvp.traced.ends.numel_out(0))
-        ends_weight[: self.bvp.n_boundary] = w.ends[: self.bvp.n_boundary]
-        e_u, e_p = ends(x.mesh[[0, -1]] * self._su, p, v.mesh[[0, -1]] * self._su, vp, ends_weight)
-        mesh = np.zeros_like(x.mesh)
-        mesh[[0, -1]] = e_u.reshape(2, n) * self._su
-        scal = scal + e_p[0]
-        if self.bvp.n_integral:
-            weight = np.zeros((self.count, self.bvp.traced.densities.numel_out(0)))
-            weight[:, : self.bvp.n_integral] = self._quadrature.reshape(-1, 1) * w.dense[: self.bvp.n_integral]
-            d_u, d_p = densities(self.gauss, u, p, vu, vp, weight)
-            stage = stage + d_u.reshape(n_int, m, n) * self._su
-            scal = scal + d_p.sum(axis=0)
-        return Columns(stage, mesh, scal[self.free] * self._sp)
+        return gradient_of_product(self, x, v, w)
 
 
 def add(x: Columns, *terms: tuple[float, Columns], keep: int | None = None) -> Columns:
@@ -402,7 +389,7 @@ def free_indices(bvp: BVP, free: Sequence[str]) -> list[int]:
         raise ValueError("parameters: expected at least one to follow a branch or search along it, got none")
     if len(names) != bvp.n_free or len(set(names)) != len(names):
         raise ValueError(
-            f"free: expected {bvp.n_free} parameter name(s) ({bvp.n_boundary} boundary + {bvp.n_integral} integral "
-            f"conditions - {bvp.size} unknowns + 1), got {list(free)}"
+            f"free: expected {bvp.n_free} parameter name(s) ({bvp.conditions} conditions - {bvp.size} unknowns + 1), "
+            f"got {list(free)}"
         )
     return [bvp.parameter_index(name) for name in names]

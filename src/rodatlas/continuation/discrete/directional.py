@@ -6,15 +6,17 @@ Normal forms need :math:`F''[v,v]` and :math:`F'''[v,v,v]` as vectors; CasADi di
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from functools import lru_cache
 from typing import Any
 
 import numpy as np
 
-from rodatlas.continuation.discrete.collocation import Collocation
+from rodatlas.continuation.discrete.collocation import Collocation, add
 from rodatlas.continuation.linear.matrix import Blocks, Columns
 from rodatlas.continuation.problem.bvp import BVP
 from rodatlas.continuation.problem.evaluator import Evaluator
+from rodatlas.continuation.problem.traced import Choice
 
 
 @lru_cache(maxsize=32)
@@ -22,43 +24,32 @@ def _functions(bvp: BVP) -> tuple[Any, Any, Any]:
     """CasADi functions (argument, p, v, vp) -> second and third derivative, for field, ends and densities."""
     import casadi as ca
 
-    t = bvp.traced
-    return _along(ca, t.field, True), _along(ca, t.ends, False), _along(ca, t.densities, True)
+    fields, densities = zip(*bvp.traced.parts, strict=True)
+    return (
+        _along(ca, fields, bvp.traced.choice),
+        _along(ca, [bvp.traced.ends], None),
+        _along(ca, densities, bvp.traced.choice),
+    )
 
 
-@lru_cache(maxsize=32)
-def _mixed_functions(bvp: BVP) -> tuple[Any, Any, Any]:
-    """CasADi functions (argument, p, v, vp, w, wp) -> mixed second derivative, for field, ends and densities."""
-    import casadi as ca
-
-    t = bvp.traced
-    return _mixed(ca, t.field, True), _mixed(ca, t.ends, False), _mixed(ca, t.densities, True)
-
-
-def _mixed(ca: Any, function: Any, has_place: bool) -> Any:
-    sizes = [function.numel_in(i) for i in range(function.n_in())]
-    place = [ca.SX.sym("s")] if has_place else []
-    u, v, w = (ca.SX.sym(name, sizes[-2]) for name in ("u", "v", "w"))
-    p, vp, wp = (ca.SX.sym(name, sizes[-1]) for name in ("p", "vp", "wp"))
-    a, b = ca.SX.sym("a"), ca.SX.sym("b")
-    moved = function(*place, u + a * v + b * w, p + a * vp + b * wp)[0]
-    if moved.numel():
-        moved = ca.substitute(ca.jtimes(moved, a, ca.SX(1)), a, ca.SX(0))
-        moved = ca.densify(ca.substitute(ca.jtimes(moved, b, ca.SX(1)), b, ca.SX(0)))
-    return ca.Function("mixed", [*place, u, p, v, vp, w, wp], [moved if moved.numel() else ca.SX(0, 1)])
-
-
-def _along(ca: Any, function: Any, has_place: bool) -> Any:
-    sizes = [function.numel_in(i) for i in range(function.n_in())]
-    place = [ca.SX.sym("s")] if has_place else []
+def _along(ca: Any, functions: Sequence[Any], choice: Choice | None) -> Any:
+    """One CasADi function from those of all laws and inner points, or from one of both ends."""
+    sizes = [functions[0].numel_in(i) for i in range(functions[0].n_in())]
+    place = [] if choice is None else [ca.SX.sym("x")]
     u, p = ca.SX.sym("u", sizes[-2]), ca.SX.sym("p", sizes[-1])
     v, vp, t = ca.SX.sym("v", sizes[-2]), ca.SX.sym("vp", sizes[-1]), ca.SX.sym("t")
-    moved = function(*place, u + t * v, p + t * vp)[0]
-    derivatives = []
-    for _ in range(3):
-        moved = ca.jtimes(moved, t, ca.SX(1)) if moved.numel() else moved
-        derivatives.append(ca.densify(ca.substitute(moved, t, ca.SX(0))) if moved.numel() else ca.SX(0, 1))
-    return ca.Function("along", [*place, u, p, v, vp], derivatives[1:])
+    found = []
+    for function in functions:
+        moved = function(*place, u + t * v, p + t * vp)
+        moved = moved[0] if isinstance(moved, tuple) else moved
+        derivatives = []
+        for _ in range(3):
+            moved = ca.jtimes(moved, t, ca.SX(1)) if moved.numel() else moved
+            derivatives.append(ca.densify(ca.substitute(moved, t, ca.SX(0))) if moved.numel() else ca.SX(0, 1))
+        found.append(derivatives[1:])
+    parts = [list(each) for each in zip(*found, strict=True)]
+    outputs = [each[0] if choice is None else choice(ca, place[0], each) for each in parts]
+    return ca.Function("along", [*place, u, p, v, vp], outputs)
 
 
 def _evaluators(colloc: Collocation) -> tuple[Evaluator, Evaluator, Evaluator]:
@@ -86,23 +77,7 @@ def derivatives_along(colloc: Collocation, x: Columns, v: Columns) -> tuple[Bloc
 
 
 def mixed_derivative(colloc: Collocation, x: Columns, v: Columns, w: Columns) -> Blocks:
-    """F''[v, w] in the rows of the discrete problem, scaled as its residual."""
-
-    def evaluators() -> tuple[Evaluator, Evaluator, Evaluator]:
-        field, ends, densities = _mixed_functions(colloc.bvp)
-        return Evaluator(field, colloc.count), Evaluator(ends, 1), Evaluator(densities, colloc.count)
-
-    field, ends, densities = colloc.kept("mixed", evaluators)
-    bvp, su, n_int = colloc.bvp, colloc.scale.unknowns, len(colloc.step)
-    p, vp, wp = colloc.parameters(x), np.zeros(len(colloc.base)), np.zeros(len(colloc.base))
-    for numbers, vector in ((vp, v), (wp, w)):
-        numbers[colloc.free] = vector.scalars[: len(colloc.free)] * colloc.scale.parameters[colloc.free]
-    (of_field,) = field(colloc.gauss, x.stage * su, p, v.stage * su, vp, w.stage * su, wp)
-    stage = -colloc.step[:, None, None] * of_field.reshape(x.stage.shape) / su
-    at_ends = [y.mesh[[0, -1]] * su for y in (x, v, w)]
-    (of_ends,) = ends(at_ends[0], p, at_ends[1], vp, at_ends[2], wp)
-    dense = np.zeros(0)
-    if bvp.n_integral:
-        (of_densities,) = densities(colloc.gauss, x.stage * su, p, v.stage * su, vp, w.stage * su, wp)
-        dense = (colloc.step[:, None] * colloc.scheme.weights).reshape(-1) @ of_densities[:, : bvp.n_integral]
-    return Blocks(stage, np.zeros((n_int, len(su))), of_ends[0, : bvp.n_boundary].copy(), dense)
+    """F''[v, w] in the rows of the discrete problem, by polarization."""
+    plus, minus = (derivatives_along(colloc, x, add(v, (sign, w)))[0] for sign in (1.0, -1.0))
+    stage, ends, dense = ((getattr(plus, k) - getattr(minus, k)) / 4 for k in ("stage", "ends", "dense"))
+    return Blocks(stage, plus.chain, ends, dense)

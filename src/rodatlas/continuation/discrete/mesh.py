@@ -62,17 +62,19 @@ def monitor(colloc: Collocation, x: Columns) -> np.ndarray:
     mid-points estimates the next derivative (de Boor 1973; Ascher, Mattheij & Russell 1995, section 9.2). A tenth
     of the mean is added, so that no interval grows without bound where the solution happens to be flat.
     """
-    m = colloc.scheme.points
+    m, step, layout = colloc.scheme.points, colloc.step, colloc.bvp.layout
     top = colloc.scheme.top
-    derivative = (top[0] * x.mesh[:-1] + np.einsum("i,jia->ja", top[1:], x.stage)) / colloc.step[:, None] ** m
-    if len(colloc.step) == 1:
-        return np.ones(1)
-    middle = (colloc.step[1:] + colloc.step[:-1]) / 2
-    jump = np.linalg.norm(np.diff(derivative, axis=0), axis=1) / middle
-    next_derivative = np.concatenate([[jump[0]], (jump[1:] + jump[:-1]) / 2, [jump[-1]]])
-    density = next_derivative ** (1.0 / (m + 1))
-    mean = float(density @ colloc.step)
-    return density + 0.1 * mean if mean > 0 else np.ones_like(density)
+    derivative = (top[0] * x.mesh[:-1] + np.einsum("i,jia->ja", top[1:], x.stage)) / step[:, None] ** m
+    inner = layout.is_inner[colloc.part]
+    density = np.zeros(len(step))
+    for part in np.flatnonzero(~layout.is_inner):  # each piece by itself: derivatives may jump between them
+        mine = colloc.part == part
+        if mine.sum() > 1:
+            middle = (step[mine][1:] + step[mine][:-1]) / 2
+            jump = np.linalg.norm(np.diff(derivative[mine], axis=0), axis=1) / middle
+            density[mine] = np.concatenate([[jump[0]], (jump[1:] + jump[:-1]) / 2, [jump[-1]]]) ** (1.0 / (m + 1))
+    mean = float(density @ step)
+    return np.where(inner, 0.0, density + 0.1 * mean if mean > 0 else np.ones_like(density))
 
 
 def equidistribute(mesh: np.ndarray, density: np.ndarray, intervals: int) -> np.ndarray:
@@ -161,7 +163,9 @@ def relative_change(colloc: Collocation, x: Columns, dx: Columns) -> float:
     su, sp = colloc.scale.unknowns, colloc.scale.parameters[colloc.free]
     size = np.maximum(1.0, np.abs(x.mesh).max(axis=0) * su)
     changes = np.abs(dx.mesh).max(axis=0) * su / size
-    scalars = np.abs(dx.scalars) * sp / np.maximum(1.0, np.abs(x.scalars[: len(sp)]) * sp)
+    amount = np.maximum(1.0, np.abs(x.scalars[: len(sp)]) * sp)
+    amount[[colloc.bvp.parameter_names[i] in colloc.bvp.log for i in colloc.free]] = 1.0  # relative as it is
+    scalars = np.abs(dx.scalars) * sp / amount
     return float(max(changes.max(), scalars.max(initial=0.0)))
 
 

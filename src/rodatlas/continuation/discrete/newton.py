@@ -177,7 +177,7 @@ def fixed(name: str, value: float) -> Callable[[Collocation], Condition]:
     def bind(colloc: Collocation) -> Condition:
         def condition(x: Columns) -> tuple[float, Row]:
             current, row = colloc.observable_row(name, x)
-            return current - value, row
+            return current - colloc.bvp.coordinate(name, value), row
 
         return condition
 

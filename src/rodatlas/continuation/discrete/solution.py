@@ -17,6 +17,7 @@ if TYPE_CHECKING:
 
     from rodatlas.continuation.table import Table
 
+UNIT = np.array([[0.0, 0.0], [1.0, 1.0]])
 ROUND_OFF = 1e-9  # a place this far outside the interval is meant to be its end
 
 
@@ -27,13 +28,15 @@ class Solution:
     Attributes
     ----------
     unknowns, parameter_names : names of the columns of `values` and of the entries of `parameters`.
-    mesh : (N+1,) mesh points, from 0 to 1.
+    mesh : (N+1,) mesh points of the reference interval, from 0 to 1; :attr:`s` holds the places that they stand for.
     values : (N+1, n) unknowns at the mesh points (order 2m accurate).
     stages : (N, m, n) unknowns at the Gauss points.
     parameters : (np,) values of all parameters.
     error : float
         estimated largest error at mesh points relative to the scale of each unknown; nan when not estimated.
     observables : mapping of str to float.
+    places : (K+1, 2) reference coordinates of the ends of all pieces, and the places s that they stand for, which s is
+        linear between. At an inner point, where unknowns may jump, one place has two coordinates.
     """
 
     unknowns: tuple[str, ...]
@@ -44,6 +47,7 @@ class Solution:
     parameters: np.ndarray
     error: float = float("nan")
     observables: Mapping[str, float] = field(default_factory=dict)
+    places: np.ndarray = field(default_factory=lambda: UNIT.copy())
 
     def __repr__(self) -> str:
         values = ", ".join(f"{k}={v:.6g}" for k, v in zip(self.parameter_names, self.parameters, strict=True))
@@ -70,29 +74,75 @@ class Solution:
             return self.values[:, self.unknowns.index(name)]
         return self.observables[name]
 
-    def __call__(self, s: np.ndarray | float, name: str | None = None) -> np.ndarray:
-        """Unknowns (len(s), n), or one of them (len(s),), at any s in [0, 1]; ValueError outside."""
+    @property
+    def s(self) -> np.ndarray:
+        """(N+1,) places of the mesh points; where unknowns jump one place comes twice, with both values."""
+        return np.interp(self.mesh, *self.places.T)
+
+    @property
+    def interval(self) -> tuple[float, float]:
+        """Ends of the interval on which the solution is defined."""
+        return float(self.places[0, 1]), float(self.places[-1, 1])
+
+    def __call__(self, s: np.ndarray | float, name: str | None = None, side: str = "right") -> np.ndarray:
+        """Unknowns (len(s), n), or one of them (len(s),), at any places of the interval; ValueError outside.
+
+        Where an unknown jumps, `side` tells which of its values is wanted, 'left' or 'right'.
+        """
+        if side not in ("left", "right"):
+            raise ValueError(f"side: expected 'left' or 'right', got {side!r}")
         s = np.atleast_1d(np.asarray(s, dtype=float))
-        outside = ~((s >= self.mesh[0] - ROUND_OFF) & (s <= self.mesh[-1] + ROUND_OFF))
+        (a, b), slack = self.interval, ROUND_OFF * max(1.0, *np.abs(self.interval))
+        outside = ~((s >= a - slack) & (s <= b + slack))
         if outside.any():
-            raise ValueError(f"s: expected places from {self.mesh[0]:g} to {self.mesh[-1]:g}, got {s[outside][0]:g}")
-        out = Interpolation(self.mesh, self.points, s)(self.values, self.stages)
+            raise ValueError(f"s: expected places from {a:g} to {b:g}, got {s[outside][0]:g}")
+        out = self._at(self._reference(s, side))
         return out if name is None else out[:, self.unknowns.index(name)]
 
+    def _at(self, x: np.ndarray) -> np.ndarray:
+        """Unknowns (len(x), n) at places of the reference interval."""
+        return Interpolation(self.mesh, self.points, x)(self.values, self.stages)
+
+    def _reference(self, s: np.ndarray, side: str) -> np.ndarray:
+        """Reference coordinates of places, on one side of inner points."""
+        x, at = self.places.T
+        piece = np.searchsorted(at, s, side=side) - 1  # type: ignore[call-overload]
+        pieces = np.flatnonzero(np.diff(at) > 0)
+        piece = pieces[np.clip(np.searchsorted(pieces, piece, side="right") - 1, 0, len(pieces) - 1)]
+        share = (s - at[piece]) / (at[piece + 1] - at[piece])
+        return np.asarray(x[piece] + np.clip(share, 0.0, 1.0) * (x[piece + 1] - x[piece]))
+
     def gauss_points(self) -> np.ndarray:
-        """(N, m) abscissae of the stages."""
+        """(N, m) reference coordinates of the stages."""
         return stage_points(self.mesh, self.points)
 
     def mean(self, density: np.ndarray) -> float:
-        """Integral over [0, 1] of a density given at the Gauss points (N, m)."""
-        return float(np.diff(self.mesh) @ (density @ gauss_scheme(self.points).weights))
+        """Integral over the interval of a density given at the Gauss points (N, m)."""
+        return float(np.diff(self.s) @ (density @ gauss_scheme(self.points).weights))
 
     def remesh(self, mesh: np.ndarray, points: int | None = None) -> Solution:
         """The same functions interpolated on another mesh (to be corrected by Newton before use)."""
         points = points or self.points
         gauss = stage_points(mesh, points)
-        stages = self(gauss.ravel()).reshape(*gauss.shape, -1)
-        return replace(self, mesh=mesh, values=self(mesh), stages=stages, error=float("nan"))
+        stages = self._at(gauss.ravel()).reshape(*gauss.shape, -1)
+        return replace(self, mesh=mesh, values=self._at(mesh), stages=stages, error=float("nan"))
+
+    def laid_out(self, places: np.ndarray, mesh: np.ndarray, points: int) -> Solution:
+        """The same functions over another interval or other pieces: the ends are carried to the new ones.
+
+        Parameters
+        ----------
+        places : (K+1, 2), as the attribute; mesh : (N+1,) in its reference interval.
+        """
+        (a, b), (first, last) = self.interval, places[[0, -1], 1]
+
+        def carried(x: np.ndarray) -> np.ndarray:
+            there = np.interp(x, *places.T)
+            return self._at(self._reference(a + (b - a) * (there - first) / (last - first), "right"))
+
+        gauss = stage_points(mesh, points)
+        stages = carried(gauss.ravel()).reshape(*gauss.shape, -1)
+        return replace(self, mesh=mesh, values=carried(mesh), stages=stages, error=float("nan"), places=places)
 
     def with_parameters(self, **values: float) -> Solution:
         """A copy with some parameters changed; it solves the problem only after a new correction."""
@@ -115,10 +165,13 @@ class Solution:
         return load_solution(path)
 
     def to_frame(self) -> Table:
-        """Mesh points and unknowns as a table."""
+        """Places of the mesh points and unknowns as a table; at inner points there are two rows, with both values."""
         from rodatlas.continuation.table import Table
 
-        return Table(np.column_stack([self.mesh, self.values]), columns=["s", *self.unknowns])
+        x, at = self.places.T
+        part = np.clip(np.searchsorted(x, self.mesh, side="right") - 1, 0, len(x) - 2)
+        amid = (np.diff(at) == 0)[part] & (self.mesh > x[part])  # neither side of an inner point
+        return Table(np.column_stack([self.s, self.values])[~amid], columns=["s", *self.unknowns])
 
     @classmethod
     def from_function(
@@ -128,8 +181,11 @@ class Solution:
         parameters: Mapping[str, float],
         intervals: int = 20,
         points: int = 4,
+        interval: tuple[float, float] = (0.0, 1.0),
     ) -> Solution:
         """Sample `function(s) -> (len(s), n)` on a uniform mesh: a first guess.
+
+        Its interval is carried to that of the problem, so that relative places from 0 to 1 do for any length.
 
         Raises
         ------
@@ -139,11 +195,14 @@ class Solution:
         if intervals < 1:
             raise ValueError(f"intervals: expected at least 1, got {intervals}")
         names, numbers = _checked_names(unknowns, parameters)
-        mesh = np.linspace(0.0, 1.0, intervals + 1)
+        if len(interval) != 2 or not -math.inf < interval[0] < interval[1] < math.inf:
+            raise ValueError(f"interval: expected two numbers a < b, got {interval}")
+        mesh, places = np.linspace(0.0, 1.0, intervals + 1), np.column_stack([[0.0, 1.0], interval])
         gauss = stage_points(mesh, points)
-        values, stages = (_table(f"function({len(s)} values of s)", function(s), len(s), names)
-                          for s in (mesh, gauss.ravel()))  # fmt: skip
-        return cls(names, tuple(parameters), mesh, values, stages.reshape(*gauss.shape, len(names)), numbers)
+        values, stages = (_table(f"function({len(x)} values of s)", function(np.interp(x, *places.T)), len(x), names)
+                          for x in (mesh, gauss.ravel()))  # fmt: skip
+        stages = stages.reshape(*gauss.shape, len(names))
+        return cls(names, tuple(parameters), mesh, values, stages, numbers, places=places)
 
     @classmethod
     def from_values(
@@ -154,7 +213,7 @@ class Solution:
         Parameters
         ----------
         s : (N+1,) increasing places, which become the mesh; the first and the last are the ends of the interval, and
-            are carried to 0 and 1.
+            are carried to those of the problem.
         values : (N+1, n) unknowns there; with one unknown also (N+1,).
 
         Raises

@@ -146,7 +146,7 @@ def _candidates(stretch: Stretch) -> list[Watched]:
 
 
 def _crossing(name: str, value: float) -> Test:
-    return lambda frame: frame.value(name) - value
+    return lambda frame: frame.beyond(name, value)
 
 
 def crowded(stretch: Stretch, found: list[Watched]) -> bool:

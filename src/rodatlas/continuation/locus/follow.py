@@ -289,7 +289,7 @@ class _Walk:
             self.end = EndReason.RANGE
             return None
         for _, name, bound in crossed:
-            found = stretch.root(lambda f, name=name, bound=bound: f.value(name) - bound, 1e-13)  # type: ignore[misc]
+            found = stretch.root(lambda f, name=name, bound=bound: f.beyond(name, bound), 1e-13)  # type: ignore[misc]
             if found is not None and not self._crossed(found[0]):
                 return replace(stretch, right=found[0], step=found[1] * step)
         return None if crossed else stretch
@@ -298,10 +298,11 @@ class _Walk:
         """Bounds passed since the present frame: (fraction of the step, name, value), the nearest first."""
         crossed = []
         for name, bounds in self.options.bounds.items():
-            before, value = self.frame.value(name), frame.value(name)
             for bound, outward in zip(bounds, (-1.0, 1.0), strict=True):
-                if outward * (value - bound) > 1e-10 * max(1.0, abs(bound)) and outward * (value - before) > 0:
-                    crossed.append(((bound - before) / (value - before), name, bound))
+                at = frame.colloc.bvp.coordinate(name, bound)
+                before, now = self.frame.beyond(name, bound), frame.beyond(name, bound)
+                if outward * now > 1e-10 * max(1.0, abs(at)) and outward * (now - before) > 0:
+                    crossed.append((-before / (now - before), name, bound))
         return sorted(crossed)
 
 

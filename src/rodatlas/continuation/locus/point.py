@@ -96,8 +96,12 @@ class LocusFrame:
         return replace(self, tangent=scaled(self.tangent, -1.0), behind=None)
 
     def value(self, name: str) -> float:
-        """A free parameter or observable here."""
+        """A free parameter or observable here, as it is measured along the locus."""
         return self.colloc.observable_row(name, self.x)[0]
+
+    def beyond(self, name: str, value: float) -> float:
+        """A free parameter or observable less a value."""
+        return self.value(name) - self.colloc.bvp.coordinate(name, value)
 
 
 def correct(

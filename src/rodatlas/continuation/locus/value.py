@@ -59,4 +59,4 @@ def value_problem(name: str, value: float, colloc: Collocation, x: Columns) -> V
     if not (lin.is_finite and np.isfinite(current)):
         return None
     empty = Blocks(*(np.zeros_like(part) for part in vars(lin.residual).values()))
-    return ValueLocal(lin, current - value, row, Border((), empty))
+    return ValueLocal(lin, current - colloc.bvp.coordinate(name, value), row, Border((), empty))

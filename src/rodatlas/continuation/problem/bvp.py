@@ -3,99 +3,30 @@
 from __future__ import annotations
 
 import math
-import numbers
-from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
-from functools import cached_property
+from collections.abc import Callable, Mapping, Sequence
+from copy import copy
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
-from rodatlas.continuation.linear.sparsity import strong_components
-from rodatlas.continuation.problem.symmetry import Symmetry, checked
-
-
-class Named:
-    """Symbols (or numbers) reachable by name, by index and by iteration, for use in a user's functions."""
-
-    __slots__ = ("_names", "_values")
-
-    def __init__(self, names: Sequence[str], values: Sequence[Any]):
-        self._names = {name: i for i, name in enumerate(names)}
-        self._values = list(values)
-
-    def __getattr__(self, name: str) -> Any:
-        try:
-            return self._values[self._names[name]]
-        except KeyError:
-            raise AttributeError(f"no name '{name}': expected one of {', '.join(self._names)}") from None
-
-    def __getitem__(self, index: int) -> Any:
-        return self._values[index]
-
-    def __iter__(self) -> Iterator[Any]:
-        return iter(self._values)
-
-    def __len__(self) -> int:
-        return len(self._values)
-
-
-@dataclass(frozen=True)
-class Observable:
-    """A scalar functional of a solution with an exact gradient: see :func:`integral_of` and :func:`end_value`."""
-
-    kind: str
-    function: Callable[..., Any]
-
-    def __post_init__(self) -> None:
-        _check_function("function", self.function)
-
-
-def _check_function(field: str, value: object) -> None:
-    if not callable(value):
-        raise ValueError(f"{field}: expected a function, got {value!r}")
-
-
-def integral_of(function: Callable[[Any, Any, Any], Any]) -> Observable:
-    r"""Observable :math:`\int_0^1 g(s, u, p)\,ds`."""
-    return Observable("integral", function)
-
-
-def end_value(function: Callable[[Any, Any, Any], Any]) -> Observable:
-    """Observable `g(left, right, p)` of the two end states."""
-    return Observable("end", function)
-
-
-@dataclass(frozen=True)
-class Traced:
-    """CasADi functions of one problem; each is evaluated at many points by
-
-    `field`: (s, u, p) -> f (n,), nonzeros of f_u (nnz,), f_p (n, np) column-major.
-    `field_second`: (s, u, p, v, vp, w) -> gradients in u and p of w.(f_u v + f_p vp).
-    `ends`, `ends_second`: the same for b(u0, u1, p), with u = (u0, u1).
-    `densities`, `densities_second`: the same for the integrands, dense.
-    `identities`: (u, p) -> what vanishes along every solution, and both derivatives; None where nothing is declared.
-    """
-
-    field: Any
-    field_second: Any
-    ends: Any
-    ends_second: Any
-    densities: Any
-    densities_second: Any
-    identities: Any = None
+from rodatlas.continuation.problem.layout import Inner, Place, check_place
+from rodatlas.continuation.problem.observable import Observable, check_function
+from rodatlas.continuation.problem.symmetry import Symmetry, checked, widened
+from rodatlas.continuation.problem.traced import Statement, Trace
 
 
 class BVP:
-    r"""A two-point boundary value problem on :math:`0 \le s \le 1`.
+    r"""A boundary value problem on :math:`a \le s \le b`, with conditions at both ends and at places between.
 
-    .. math:: u' = f(s, u, p), \qquad b(u(0), u(1), p) = 0, \qquad \int_0^1 g(s, u, p)\,ds = 0
+    .. math:: u' = f(s, u, p), \qquad b(u(a), u(b), p) = 0, \qquad \int_a^b g(s, u, p)\,ds = 0
 
     Parameters
     ----------
-    rhs : callable
+    rhs : callable or sequence of callables
         `rhs(s, u, p)` returns the n derivatives, as a sequence in the order of `unknowns` or as a mapping by
-        name. It is written in ordinary Python with NumPy functions and is called once, with symbols.
+        name. It is written in ordinary Python with NumPy functions and is called once, with symbols. Several
+        functions are those of the pieces between breakpoints and inner points, from left to right.
     boundary : callable
         `boundary(left, right, p)` returns the boundary residuals; they may be nonlinear and coupled.
     integrals : callable or sequence of callables
@@ -115,6 +46,16 @@ class BVP:
     identities : callable
         `identities(u, p)` returns what vanishes all along every solution, such as the length of a quaternion minus
         one; symmetries have to hold only where it does.
+    interval : (a, b)
+        the ends: numbers, names of parameters, or functions of the parameters. A free parameter makes an unknown
+        length.
+    breakpoints : sequence
+        places, given likewise, that are always mesh points: where a coefficient jumps, or another law begins.
+    inner : sequence of Inner
+        jumps of unknowns, and conditions, at places inside the interval.
+    log : sequence of str
+        positive parameters that are followed in their logarithm: steps, scales and tangents are its own; values,
+        bounds and zeros those of the parameter.
 
     Raises
     ------
@@ -125,12 +66,26 @@ class BVP:
 
     Notes
     -----
-    The problem has n_b + n_i - n + 1 free parameters on a branch: conditions minus unknowns, plus one.
+    The problem has n_b + n_i - n + 1 free parameters on a branch: conditions (at the ends, integral, inner) minus
+    unknowns, plus one.
+
+    The order of places is that of the default parameters. Where a piece loses its length on the way, no solution is
+    found: the branch ends there.
+
+    Examples
+    --------
+    A column whose stiffness jumps from 1 to 4 at s = 0.3:
+
+    >>> column = BVP(
+    ...     [lambda s, u, p: [u.t, -p.P * np.sin(u.y)], lambda s, u, p: [u.t, -p.P / 4 * np.sin(u.y)]],
+    ...     lambda left, right, p: [left.y, right.y],
+    ...     unknowns=("y", "t"), parameters={"P": 15.0}, breakpoints=(0.3,),
+    ... )
     """
 
     def __init__(
         self,
-        rhs: Callable[[Any, Any, Any], Any],
+        rhs: Callable[[Any, Any, Any], Any] | Sequence[Callable[[Any, Any, Any], Any]],
         boundary: Callable[[Any, Any, Any], Any],
         integrals: Callable[..., Any] | Sequence[Callable[..., Any]] = (),
         *,
@@ -140,6 +95,10 @@ class BVP:
         scales: Mapping[str, float] | None = None,
         symmetries: Sequence[Symmetry] = (),
         identities: Callable[[Any, Any], Any] | None = None,
+        interval: tuple[Place, Place] = (0.0, 1.0),
+        breakpoints: Sequence[Place] = (),
+        inner: Sequence[Inner] = (),
+        log: Sequence[str] = (),
         name: str = "bvp",
     ):
         self.name = name
@@ -148,17 +107,30 @@ class BVP:
         self.observables = dict(observables or {})
         self.scales = _numbers("scales", scales or {})
         _check_names(self.unknowns, self.parameters, self.observables, self.scales)
-        self._rhs, self._boundary = rhs, boundary
-        self._integrals = (integrals,) if callable(integrals) else tuple(integrals or ())
-        _check_functions(self._rhs, self._boundary, self._integrals, self.observables)
-        self._identities, self._symmetries = identities, tuple(symmetries)
-        self._trace()
+        functions = _functions("rhs", rhs), _functions("integrals", integrals or ())
+        _check_functions(functions[0], boundary, functions[1], self.observables)
+        self.log = _log("log", log, self.parameters)
+        self._state(Statement(
+            self.unknowns, self.parameters, self.log, functions[0], boundary, functions[1], _interval(interval),
+            _places("breakpoints", breakpoints), _inner(inner), self.observables, identities,
+        ))  # fmt: skip
         self.symmetries, self.gauges = checked(self, symmetries)
 
+    def _state(self, said: Statement) -> None:
+        """Trace a statement, and count its conditions."""
+        found = Trace(said)
+        self._said, self.parameters = said, dict(said.parameters)
+        self.traced, self.layout, self.sparsity = found.functions, found.layout, found.sparsity
+        self.n_boundary, self.n_inner = found.n_boundary, found.n_inner
+        self.n_integral = found.n_integral + found.n_inner
+        self._is_log = np.array([name in self.log for name in self.parameters], dtype=bool)
+        self._check_count()
+
     def __repr__(self) -> str:
+        conditions = self.conditions.replace(" + ", " and ")
         return (
-            f"BVP({self.name}: {self.size} unknowns, {self.n_boundary} boundary and {self.n_integral} integral "
-            f"conditions, {self.n_free} free parameter{'s' if self.n_free != 1 else ''})"
+            f"BVP({self.name}: {self.size} unknowns, {conditions} conditions, {self.n_free} free "
+            f"parameter{'s' if self.n_free != 1 else ''})"
         )
 
     @property
@@ -166,11 +138,17 @@ class BVP:
         return len(self.unknowns)
 
     @property
+    def conditions(self) -> str:
+        """Numbers of the conditions of each kind, in words."""
+        inner = f" + {self.n_inner} inner" if self.n_inner else ""
+        return f"{self.n_boundary} boundary + {self.n_integral - self.n_inner} integral{inner}"
+
+    @property
     def n_free(self) -> int:
         """Number of free parameters along a branch."""
         return self.n_boundary + self.n_integral - self.size + 1
 
-    @cached_property
+    @property
     def parameter_names(self) -> tuple[str, ...]:
         return tuple(self.parameters)
 
@@ -189,61 +167,73 @@ class BVP:
 
     def with_parameter(self, name: str) -> BVP:
         """The same problem with one more parameter, zero and without effect."""
-        return BVP(
-            self._rhs, self._boundary, self._integrals, unknowns=self.unknowns,
-            parameters={**self.parameters, name: 0.0}, observables=self.observables, scales=self.scales,
-            symmetries=self._symmetries, identities=self._identities, name=self.name,
-        )  # fmt: skip
+        return self._restated(replace(self._said, parameters={**self.parameters, name: 0.0}))
 
-    def _trace(self) -> None:
-        import casadi as ca
+    def with_value_of(self, observable: str, name: str) -> BVP:
+        """The same problem with the value of an observable as one more parameter, and the condition that this makes.
 
-        with _numpy_semantics(ca):
-            s = ca.SX.sym("s")
-            u, left, right = (ca.SX.sym(k, self.size) for k in ("u", "u0", "u1"))
-            p = ca.SX.sym("p", len(self.parameters))
-            pn = Named(self.parameter_names, ca.vertsplit(p))
-            un, ln, rn = (Named(self.unknowns, ca.vertsplit(x)) for x in (u, left, right))
-            inside, ends = _Tracer(ca, (s, u, p), (s, un, pn)), _Tracer(ca, (left, right, p), (ln, rn, pn))
-            f = inside.column(self._rhs, "rhs", self.unknowns)
-            b = ends.column(self._boundary, "boundary")
-            g = [inside.column(fun, "integrals") for fun in self._integrals]
-            g_all = ca.vertcat(*g) if g else ca.SX(0, 1)
-            self.n_boundary, self.n_integral = b.numel(), g_all.numel()
-            same = _Tracer(ca, (u, p), (un, pn)).column(self._identities, "identities") if self._identities else None
-            for key, obs in self.observables.items():
-                if obs.kind == "integral":
-                    g_all = ca.vertcat(g_all, inside.column(obs.function, f"observable {key}", (key,)))
-                else:
-                    b = ca.vertcat(b, ends.column(obs.function, f"observable {key}", (key,)))
-        self._check_count()
-        both = ca.vertcat(left, right)
-        jac = ca.jacobian(f, u)
-        self.sparsity = strong_components(self.size, *_pattern(jac))
-        entries: Any = jac.nonzeros()
-        nonzeros = ca.vertcat(*entries) if jac.nnz() else ca.SX(0, 1)
-        self.traced = Traced(
-            field=_function(ca, "field", [s, u, p], [f, nonzeros, ca.densify(ca.jacobian(f, p))]),
-            field_second=_second(ca, "field_second", [s, u, p], f, u, p),
-            ends=_function(
-                ca, "ends", [both, p], [b, ca.densify(ca.jacobian(b, both)), ca.densify(ca.jacobian(b, p))]
-            ),
-            ends_second=_second(ca, "ends_second", [both, p], b, both, p),
-            densities=_function(
-                ca, "densities", [s, u, p],
-                [g_all, ca.densify(ca.jacobian(g_all, u)), ca.densify(ca.jacobian(g_all, p))],
-            ),
-            densities_second=_second(ca, "densities_second", [s, u, p], g_all, u, p),
-            identities=same if same is None else _function(
-                ca, "identities", [u, p], [same, ca.densify(ca.jacobian(same, u)), ca.densify(ca.jacobian(same, p))]
-            ),
-        )  # fmt: skip
+        Symmetries are taken over as they are: in a subspace that one of them fixes, it leaves the value alone.
+
+        Parameters
+        ----------
+        observable : one of the problem's; name : of the new parameter, the last one.
+        """
+        held = {**self._said.held, observable: name}
+        return self._restated(replace(self._said, parameters={**self.parameters, name: 0.0}, held=held))
+
+    def _restated(self, said: Statement) -> BVP:
+        """The problem of a statement with more parameters at the end, which symmetries leave alone."""
+        new = copy(self)
+        new._state(said)
+        more = len(said.parameters) - len(self.parameters)
+        new.symmetries = {name: widened(action, more) for name, action in self.symmetries.items()}
+        new.gauges = tuple(widened(action, more) for action in self.gauges)
+        return new
+
+    # -- what the engine computes with --------------------------------------------------------------------------------
+
+    def coordinates(self, parameters: np.ndarray) -> np.ndarray:
+        """Parameters (np,) as they are followed: logarithms where so declared."""
+        if not self.log:
+            return parameters.copy()
+        if not (parameters[self._is_log] > 0).all():
+            name, value = next((n, v) for n, v in zip(self.parameters, parameters, strict=True)
+                               if n in self.log and not v > 0)  # fmt: skip
+            raise ValueError(f"log: expected a positive value of '{name}', got {value:g}")
+        return np.where(self._is_log, np.log(np.where(self._is_log, parameters, 1.0)), parameters)
+
+    def values(self, coordinates: np.ndarray) -> np.ndarray:
+        """Inverse of :meth:`coordinates`."""
+        if not self.log:
+            return coordinates.copy()
+        return np.where(self._is_log, np.exp(np.where(self._is_log, coordinates, 0.0)), coordinates)
+
+    def coordinate(self, name: str, value: float) -> float:
+        """A value of a parameter or observable as it is measured along branches: its logarithm where so declared."""
+        if name not in self.log:
+            return value
+        return float(np.log(value)) if value > 0 else -np.inf
+
+    def check_places(self, field: str, parameters: np.ndarray) -> None:
+        """Raise ValueError where a piece has no length at some parameters (np,)."""
+        found = self.places(parameters)[:, 1]
+        if not (np.diff(found)[~self.layout.is_inner] > 0).all():
+            shown = ", ".join(f"{value:g}" for value in dict.fromkeys(found))
+            raise ValueError(f"{field}: expected parameters at which interval, breakpoints and inner points keep their "
+                             f"order, got the places {shown}")  # fmt: skip
+
+    def places(self, parameters: np.ndarray) -> np.ndarray:
+        """Knots of the reference interval and the places that they stand for, (K+1, 2), at parameters (np,)."""
+        found = np.asarray(self.traced.places(self.coordinates(parameters))).ravel()
+        return np.column_stack([self.layout.knots, found[self.layout.places]])
 
     def _check_count(self) -> None:
         """A branch needs a free parameter, and no more of them than the problem has."""
         fewest = self.size - self.n_integral
+        n_integral = self.n_integral - self.n_inner
         most = fewest + max(0, len(self.parameters) - 1)
-        with_integrals = f" and {self.n_integral} integral conditions" if self.n_integral else ""
+        others = [f"{n} {kind}" for n, kind in ((n_integral, "integral"), (self.n_inner, "inner")) if n]
+        with_integrals = f" and {' and '.join(others)} conditions" if others else ""
         if self.n_boundary < fewest:
             raise ValueError(
                 f"boundary: expected at least {fewest} conditions for {self.size} unknowns{with_integrals}, got "
@@ -257,28 +247,16 @@ class BVP:
             )
 
     def observable_slots(self) -> dict[str, tuple[str, int]]:
-        """Place of each observable: ('integral' or 'end', row behind the conditions of that kind)."""
+        """Place of each observable: ('integral' or 'end', row behind the conditions of that kind).
+
+        A value at an inner point is an integral over the part of that point.
+        """
         slots, count = {}, {"integral": self.n_integral, "end": self.n_boundary}
         for key, obs in self.observables.items():
-            slots[key] = (obs.kind, count[obs.kind])
-            count[obs.kind] += 1
+            kind = "end" if obs.kind == "end" else "integral"
+            slots[key] = (kind, count[kind])
+            count[kind] += 1
         return slots
-
-
-class _numpy_semantics:
-    """Ask CasADi (3.8 and later) for NumPy semantics while a user's functions run, then restore its setting."""
-
-    def __init__(self, ca: Any):
-        self._options = ca.GlobalOptions
-
-    def __enter__(self) -> None:
-        self._old = getattr(self._options, "getNumpyMode", lambda: None)()
-        if hasattr(self._options, "setNumpyMode"):
-            self._options.setNumpyMode(1)
-
-    def __exit__(self, *_: object) -> None:
-        if self._old is not None:
-            self._options.setNumpyMode(self._old)
 
 
 def _names(field: str, names: Any) -> tuple[str, ...]:
@@ -322,112 +300,54 @@ def _check_names(
             raise ValueError(f"scales: expected a positive number for '{name}', got {value}")
 
 
-def _check_functions(rhs: Any, boundary: Any, integrals: Sequence[Any], observables: Mapping[str, Any]) -> None:
-    for field, function in (("rhs", rhs), ("boundary", boundary), *(("integrals", g) for g in integrals)):
-        _check_function(field, function)
+def _functions(field: str, given: Any) -> tuple[Callable[..., Any], ...]:
+    if callable(given):
+        return (given,)
+    if not isinstance(given, Sequence) or isinstance(given, str):
+        raise ValueError(f"{field}: expected a function or a sequence of functions, got {given!r}")
+    return tuple(given)
+
+
+def _log(field: str, names: Any, parameters: Mapping[str, float]) -> tuple[str, ...]:
+    for name in _names(field, names):
+        if name not in parameters:
+            raise ValueError(f"{field}: expected some of {', '.join(parameters)}, got '{name}'")
+        if not parameters[name] > 0:
+            raise ValueError(f"{field}: expected a positive value of '{name}', got {parameters[name]:g}")
+    return tuple(names)
+
+
+def _interval(given: Any) -> tuple[Place, Place]:
+    ends = _places("interval", given)
+    if len(ends) != 2:
+        raise ValueError(f"interval: expected the two ends (a, b), got {given!r}")
+    return ends[0], ends[1]
+
+
+def _places(field: str, given: Any) -> tuple[Place, ...]:
+    if isinstance(given, str) or not isinstance(given, (Sequence, np.ndarray)):
+        raise ValueError(f"{field}: expected a sequence of places, got {given!r}")
+    for at in given:
+        check_place(field, at)
+    return tuple(at if isinstance(at, str) or callable(at) else float(at) for at in given)
+
+
+def _inner(given: Any) -> tuple[Inner, ...]:
+    if not isinstance(given, Sequence) or not all(isinstance(x, Inner) for x in given):
+        raise ValueError(f"inner: expected a sequence of Inner(at, jumps, conditions), got {given!r}")
+    if len({x.at for x in given}) < len(given):
+        raise ValueError("inner: expected one Inner for each place, got two at the same: put all it holds into one")
+    return tuple(given)
+
+
+def _check_functions(
+    rhs: Sequence[Any], boundary: Any, integrals: Sequence[Any], observables: Mapping[str, Any]
+) -> None:
+    for field, function in (*(("rhs", f) for f in rhs), ("boundary", boundary), *(("integrals", g) for g in integrals)):
+        check_function(field, function)
     for name, observable in observables.items():
         if not isinstance(observable, Observable):
             raise ValueError(
-                f"observables: expected integral_of(function) or end_value(function) for '{name}', got {observable!r}"
+                f"observables: expected integral_of(function), end_value(function) or value_at(place, function) for "
+                f"'{name}', got {observable!r}"
             )
-
-
-class _Tracer:
-    """Calls a user's functions with symbols and checks what they return.
-
-    Parameters
-    ----------
-    symbols : what the result may depend on; arguments : the same, reachable by name.
-    """
-
-    def __init__(self, ca: Any, symbols: tuple[Any, ...], arguments: tuple[Any, ...]):
-        self._ca, self._symbols, self._arguments = ca, symbols, arguments
-
-    def column(self, function: Callable[..., Any], field: str, names: Sequence[str] | None = None) -> Any:
-        """What `function` returns as a column of SX, one entry per name where names are given."""
-        expected = "numbers and expressions" if names is None else f"{len(names)} values, one per unknown"
-        if names is not None and field != "rhs":
-            expected = "one value"
-        try:
-            values = function(*self._arguments)
-        except (TypeError, NotImplementedError, RuntimeError) as error:
-            raise ValueError(_why_untraceable(field, error)) from error
-        if values is None:
-            raise ValueError(f"{field}: expected {expected}, got None: does the function return what it computes?")
-        if isinstance(values, Mapping):
-            if names is None or set(values) != set(names):
-                wanted = "a sequence" if names is None else f"the names {names}"
-                raise ValueError(f"{field}: expected {wanted}, got {sorted(values)}")
-            values = [values[k] for k in names]
-        elif isinstance(values, np.ndarray):
-            values = list(values.ravel())
-        elif isinstance(values, Named):
-            values = list(values)
-        elif not isinstance(values, (list, tuple)):
-            values = [values]
-        column = self._ca.vertcat(*[self._entry(v, field, i) for i, v in enumerate(values)])
-        if names is not None and column.numel() != len(names):
-            raise ValueError(f"{field}: expected {expected}, got {column.numel()}")
-        self._check(column, field)
-        return column
-
-    def _entry(self, value: Any, field: str, place: int) -> Any:
-        """One returned value as a column of SX (usually of length one)."""
-        ca = self._ca
-        if isinstance(value, np.ndarray) and value.size == 1:
-            value = value.ravel()[0]
-        if isinstance(value, (numbers.Real, np.bool_)):
-            return ca.SX(float(value))
-        try:
-            if not isinstance(value, (list, tuple, np.ndarray)):
-                return ca.vec(ca.SX(value))  # SX, DM, and what NumPy functions make of them
-        except (NotImplementedError, TypeError):
-            pass
-        got = f"the {type(value).__name__} {value!r} as value {place + 1}".replace("\n", " ")
-        raise ValueError(f"{field}: expected real numbers and expressions in one flat sequence, got {got}")
-
-    def _check(self, column: Any, field: str) -> None:
-        """Refuse symbols from elsewhere, and the NaN that `math` functions make of a symbol."""
-        ca = self._ca
-        function = ca.Function("checked", [ca.vertcat(*self._symbols)], [column], {"allow_free": True})
-        if strangers := function.get_free():
-            raise ValueError(f"{field}: expected functions of the given symbols only, got {', '.join(strangers)} too")
-        constants = (k for k in range(function.n_instructions()) if function.instruction_id(k) == ca.OP_CONST)
-        if any(math.isnan(function.instruction_constant(k)) for k in constants):
-            raise ValueError(
-                f"{field}: expected functions of the given symbols, got the constant NaN: float(), math.sin and the "
-                "like make it of a symbol, so write np.sin and leave out float()"
-            )
-
-
-def _why_untraceable(field: str, error: Exception) -> str:
-    """One line that says how to write a function which symbols cannot pass through."""
-    if "truth value" in str(error):
-        return (
-            f"{field}: expected expressions without `if`, `and`, `max` or a comparison used as a truth value, because "
-            "the function is called once with symbols: write np.where(condition, a, b) "
-            "(casadi.if_else before CasADi 3.8), np.minimum or np.maximum"
-        )
-    first = (str(error).strip().splitlines() or [""])[0]
-    return f"{field}: expected arithmetic and NumPy functions of the arguments, got {type(error).__name__}: {first}"
-
-
-def _function(ca: Any, name: str, inputs: list[Any], outputs: list[Any]) -> Any:
-    try:
-        return ca.Function(name, inputs, outputs)
-    except RuntimeError as error:
-        raise ValueError(f"{name}: expected functions of the given symbols only, got: {error}") from None
-
-
-def _second(ca: Any, name: str, inputs: list[Any], f: Any, u: Any, p: Any) -> Any:
-    """Gradient in (u, p) of w.(f_u v + f_p vp), for minimally augmented systems."""
-    v, vp, w = ca.SX.sym("v", u.numel()), ca.SX.sym("vp", p.numel()), ca.SX.sym("w", f.numel())
-    first = ca.dot(w, ca.jtimes(f, u, v) + ca.jtimes(f, p, vp)) if f.numel() else ca.SX(0)
-    return _function(
-        ca, name, [*inputs, v, vp, w], [ca.densify(ca.gradient(first, u)), ca.densify(ca.gradient(first, p))]
-    )
-
-
-def _pattern(jac: Any) -> tuple[np.ndarray, np.ndarray]:
-    rows, cols = jac.sparsity().get_triplet()
-    return np.array(rows, dtype=np.int64), np.array(cols, dtype=np.int64)

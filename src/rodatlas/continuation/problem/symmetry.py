@@ -128,6 +128,15 @@ class Action:
         return p @ self.matrix[n:-1, n:-1].T + self.matrix[n:-1, -1]
 
 
+def widened(action: Action, more: int) -> Action:
+    """The action on a problem with more parameters at the end, which it leaves alone."""
+    old = len(action.matrix) - 1
+    matrix = np.eye(old + more + 1)
+    kept = [*range(old), old + more]
+    matrix[np.ix_(kept, kept)] = action.matrix
+    return Action(action.name, matrix, action.size, action.reverse)
+
+
 def checked(bvp: BVP, symmetries: Sequence[Symmetry]) -> tuple[dict[str, Action], tuple[Action, ...]]:
     """The symmetries of a problem by name, and its gauges, each tested at random points.
 
@@ -142,6 +151,8 @@ def checked(bvp: BVP, symmetries: Sequence[Symmetry]) -> tuple[dict[str, Action]
             raise ValueError(f"symmetries: expected distinct names without '*', got '{name}'")
     actions = {x.name: x.bind(bvp.unknowns, bvp.parameter_names) for x in symmetries}
     gauges = tuple(actions[x.name] for x in symmetries if x.gauge)
+    for action in actions.values():
+        _refuse_logarithms(bvp, action)
     if symmetries:
         with np.errstate(all="ignore"):
             check = _Check(bvp, gauges)
@@ -154,6 +165,16 @@ def checked(bvp: BVP, symmetries: Sequence[Symmetry]) -> tuple[dict[str, Action]
     return {name: action for name, action in actions.items() if action not in gauges}, gauges
 
 
+def _refuse_logarithms(bvp: BVP, action: Action) -> None:
+    """A map that is affine in a parameter is not so in its logarithm."""
+    unit = np.eye(len(action.matrix))
+    for name in bvp.log:
+        i = bvp.size + bvp.parameter_index(name)
+        if (action.matrix[i] != unit[i]).any() or (action.matrix[:, i] != unit[:, i]).any():
+            raise ValueError(f"symmetries: '{action.name}': expected a map without '{name}', which is followed in its "
+                             "logarithm")  # fmt: skip
+
+
 class _Check:
     """Random points of a problem, and the tests of a symmetry at them."""
 
@@ -161,14 +182,15 @@ class _Check:
         self.bvp, self.gauges = bvp, gauges
         self._rng = np.random.default_rng(17)
         self._evaluators: dict[tuple[int, int], Evaluator] = {}
-        default = bvp.parameter_vector()
+        default = bvp.coordinates(bvp.parameter_vector())
         spread = np.where(default == 0.0, 1.0, np.abs(default))
-        inside = max(SAMPLES, bvp.n_integral + 3)
+        each = max(SAMPLES, bvp.n_integral + 3)
+        inside = each * len(bvp.layout.weights)
         count = max(inside, bvp.n_boundary + 3)
         self.p = default + spread * self._rng.uniform(-0.5, 0.5, (count, len(default)))
         self.left, self.right = self._rng.uniform(-1.2, 1.2, (2, count, bvp.size))
         (self.u,), self.at = self._constrained([self.left[:inside]], self.p[:inside], False)
-        self.s = self._rng.uniform(0.0, 1.0, (len(self.u), 1))
+        self.s = bvp.layout.samples(self._rng, each)[: len(self.u), None]
         self.f = self._value(bvp.traced.field, self.s, self.u, self.at)
         self.b = self._value(bvp.traced.ends, np.hstack([self.left, self.right]), self.p)[:, : bvp.n_boundary]
 

@@ -3,7 +3,8 @@
 Layout (S solutions with N_i intervals of m Gauss points, n unknowns)::
 
     offsets     (S+1,) of intervals; meshes differ in size, and tell apart by them what lies end to end
-    mesh, values (sum N_i + S, n); stages (sum N_i, m, n); parameters (S, np); error (S,); observables (S, no)
+    mesh, values (sum N_i + S, n); stages (sum N_i, m, n); parameters (S, np); places (S, K+1, 2); error (S,);
+                observables (S, no)
     attributes  names of unknowns, parameters and observables
 """
 
@@ -41,7 +42,7 @@ def load_solution(path: str | os.PathLike[str]) -> Solution:
 
 def write_solutions(group: h5py.Group, solutions: Sequence[Solution]) -> None:
     """Write solutions of one problem, with equally many Gauss points, end to end."""
-    if len({(s.unknowns, s.parameter_names, s.points) for s in solutions}) > 1:
+    if len({(s.unknowns, s.parameter_names, s.points, len(s.places)) for s in solutions}) > 1:
         raise ValueError("solutions: expected one problem and one number of Gauss points, got several")
     observables = tuple(solutions[0].observables) if solutions else ()
     put_names(group, "unknowns", solutions[0].unknowns if solutions else ())
@@ -54,6 +55,7 @@ def write_solutions(group: h5py.Group, solutions: Sequence[Solution]) -> None:
     put_array(group, "values", np.concatenate([s.values for s in solutions]))
     put_array(group, "stages", np.concatenate([s.stages for s in solutions]))
     put_array(group, "parameters", np.array([s.parameters for s in solutions]))
+    put_array(group, "places", np.array([s.places for s in solutions]))
     put_array(group, "error", np.array([s.error for s in solutions]))
     put_array(group, "observables", np.array([[s.observables[k] for k in observables] for s in solutions]))
 
@@ -69,8 +71,10 @@ def read_solutions(group: h5py.Group) -> list[Solution]:
     mesh, values = get_array(group, "mesh", (total + count,)), get_array(group, "values", (total + count, n))
     stages = get_array(group, "stages", (total, None, n))
     numbers = get_array(group, "parameters", (count, len(parameters)))
+    places = get_array(group, "places", (count, None, 2))
     error, seen = get_array(group, "error", (count,)), get_array(group, "observables", (count, len(names)))
-    for name, array in (("mesh", mesh), ("values", values), ("stages", stages), ("parameters", numbers)):
+    for name, array in (("mesh", mesh), ("values", values), ("stages", stages), ("parameters", numbers),
+                        ("places", places)):  # fmt: skip
         if not np.isfinite(array).all():
             raise ValueError(f"{group.name}/{name} holds what is no finite number")
     if np.any(np.diff(offsets) < 1):
@@ -80,6 +84,6 @@ def read_solutions(group: h5py.Group) -> list[Solution]:
         at = slice(a + i, b + i + 1)
         found.append(
             Solution(unknowns, parameters, mesh[at], values[at], stages[a:b], numbers[i], float(error[i]),
-                     dict(zip(names, seen[i].tolist(), strict=True)))
+                     dict(zip(names, seen[i].tolist(), strict=True)), places[i])
         )  # fmt: skip
     return found

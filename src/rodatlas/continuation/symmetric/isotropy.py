@@ -45,7 +45,7 @@ def image(bvp: BVP, symmetry: str, solution: Solution) -> Solution:
     candidates = [_image(g, solution) for g in _with_gauges(bvp, action)]
     if len(candidates) > 1:
         candidates.sort(key=lambda c: _boundary_error(bvp, c))
-    found = candidates[0]
+    found = replace(candidates[0], places=bvp.places(candidates[0].parameters))
     if bvp.observables:
         colloc = _plain(bvp, found, Scale(np.ones(bvp.size), np.ones(len(bvp.parameters))))
         found = replace(found, observables=colloc.observables(colloc.state(found)))
@@ -340,7 +340,8 @@ def _image(action: Action, solution: Solution) -> Solution:
 
 def _boundary_error(bvp: BVP, solution: Solution) -> float:
     ends = np.concatenate([solution.values[0], solution.values[-1]])
-    return float(np.abs(np.asarray(bvp.traced.ends(ends, solution.parameters)[0])[: bvp.n_boundary]).max())
+    p = bvp.coordinates(solution.parameters)
+    return float(np.abs(np.asarray(bvp.traced.ends(ends, p)[0])[: bvp.n_boundary]).max())
 
 
 def _plain(bvp: BVP, solution: Solution, scale: Scale) -> Collocation:
