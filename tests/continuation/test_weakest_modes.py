@@ -63,11 +63,11 @@ def test_a_mesh_that_resolves_the_mode_is_left_alone() -> None:
     bvp = pinned()
     start = constant(bvp, lam=12.0)
     frame = first_frame(bvp, start, free_indices(bvp, ("lam",)), TraceOptions())[0]
-    assert measured_at(frame) == (pytest.approx(0.0, abs=1e-12), True)
+    assert measured_at(frame, TraceOptions()) == (pytest.approx(0.0, abs=1e-12), True)
     again, _ = with_resolved_mode(frame, TraceOptions())
     assert again.colloc is frame.colloc
     high = first_frame(bvp, constant(bvp, lam=3600.0).remesh(np.linspace(0, 1, 11)), [0], TraceOptions())[0]
-    assert not measured_at(with_tests(high, 20))[1]
+    assert not measured_at(with_tests(high, 20), TraceOptions())[1]
     finer, _ = with_resolved_mode(high, TraceOptions())
     assert len(finer.colloc.step) >= 20
     assert finer.weakness < (1 - ALIKE) * with_tests(high, 20).weakness

@@ -339,7 +339,7 @@ class Walker:
         control, here = self.options.mesh, self.frame
         found = adapted(here, self.options, first=self._window[0] is self._first)
         self.newton_iterations += found.spent
-        self._measured(found.error, found.resolved and self._accounts_for(found.frame.expected))
+        self._measured(found.error, found.resolved and self._accounts_for(found.frame.expected, here.expected))
         self.frame = found.frame
         step_error = 0.1 * self.options.step.max_correction * self._step  # with more no step would be accepted
         if self.frame.error > min(step_error, ACCEPTED * control.tolerance):
@@ -355,15 +355,18 @@ class Walker:
         here = self.frame
         self._looked = LastLook.at(here.colloc, here.error, monitor(here.colloc, here.x))
 
-    def _accounts_for(self, expected: tuple[float, ...]) -> bool:
+    def _accounts_for(self, expected: tuple[float, ...], before: tuple[float, ...]) -> bool:
         """Whether every branch point that is seen behind, on the points of the window, is one that was located.
 
-        Places at a distance are known to first order; those close to the end of the window may lie ahead.
+        Places at a distance are known to first order only: what was not seen ahead too, at the last look (`before`), is
+        no branch point but the shape of the curve, and those close to the end of the window may lie ahead.
         """
         known = [x.arclength for x in self._singular for _ in range(x.multiplicity)]
         here, back = self.last.arclength, self.last.arclength - self._window[0].arclength
         for distance in sorted(-d for d in expected if d < 0):
             if not EDGE * self.last.step < distance < (1 - VAGUE) * back:
+                continue
+            if all(abs(d + distance) > VAGUE * back for d in before):
                 continue
             match = min(known, key=lambda s: abs(here - distance - s), default=np.inf)
             if not abs(here - distance - match) < VAGUE * distance:
