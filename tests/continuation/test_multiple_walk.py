@@ -2,7 +2,6 @@
 
 from dataclasses import replace
 
-import h5py
 import numpy as np
 import pytest
 from bvp_problems import algebraic, constant
@@ -334,8 +333,3 @@ def test_files_keep_multiple_points(tmp_path):
             np.testing.assert_array_equal(getattr(a, name), getattr(b, name))
     here, there = (ends(switch_all(bvp, x, ("lam",), BOX)) for x in (one, two))
     np.testing.assert_array_equal(here, there)
-    with h5py.File(tmp_path / "b.h5", "r+") as file:  # a file of an older version
-        for name in ("multiplicity", "continuum", "unverified", "nearby"):
-            del file["special"][name]
-    (old,) = Branch.load(tmp_path / "b.h5").special
-    assert (old.multiplicity, old.continuum, old.nearby) == (1, False, ())

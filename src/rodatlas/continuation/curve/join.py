@@ -71,18 +71,20 @@ def _integer(index: Callable[[Solution], Any] | None) -> Callable[[Solution], in
 class Half:
     """The steps of one walker, and why they end."""
 
-    def __init__(self, walker: Walker):
+    def __init__(self, walker: Walker, guard: Guard, on_point: Callable[[Point], None] | None):
         self.walker, self.steps = walker, list[Step]()
+        self._guard, self._on_point = guard, on_point
         self.end = EndReason.INTERRUPTED
 
-    def walk(self, guard: Guard, options: TraceOptions) -> None:
+    def walk(self) -> None:
         """Take all steps; whatever happens, those that were finished stay."""
+        guard = self._guard
         guard.check()
         for step in self.walker:
             self.steps.append(step)
             guard.check()
-            if options.on_point is not None:
-                options.on_point(step.point)
+            if self._on_point is not None:
+                self._on_point(step.point)
         guard.check()
         self.end = self.walker.end or EndReason.STOPPED
         while self.failure is NewtonCode.NOT_FINITE and self.steps and not self._last_is_finite():

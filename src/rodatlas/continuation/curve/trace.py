@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 
@@ -15,6 +16,7 @@ from rodatlas.continuation.curve.resolve import resolved
 from rodatlas.continuation.curve.retrace import rechecked
 from rodatlas.continuation.curve.start import NotConverged, check_belongs, first_state
 from rodatlas.continuation.curve.walker import Walker
+from rodatlas.continuation.curve.ways import walked
 from rodatlas.continuation.discrete.collocation import Scale
 from rodatlas.continuation.discrete.solution import Solution
 from rodatlas.continuation.problem.bvp import BVP
@@ -155,15 +157,10 @@ def follow(
     check_type("options", options, TraceOptions, "TraceOptions")
     guard = Guard()
     watched = guard.options(options)
-    forward, backward = Half(Walker(frame, watched, arclength)), None
-    try:
-        forward.walk(guard, options)
-        if both and forward.end is not EndReason.CLOSED:
-            backward = Half(Walker(frame.reversed(), watched, -arclength))
-            backward.walk(guard, options)
-    except BaseException as error:
-        error.branch = joined(frame, options, forward, backward, EndReason.INTERRUPTED if both else start)  # type: ignore[attr-defined]
-        raise
-    if both and backward is None:
-        start = EndReason.CLOSED
-    return resolved(rechecked(joined(frame, options, forward, backward, start), frame, options), frame, options)
+
+    def way(sense: float) -> Half:
+        walker = Walker(frame if sense > 0 else frame.reversed(), watched, sense * arclength)
+        return Half(walker, guard, options.on_point)
+
+    branch = walked(way, partial(joined, frame, options), "branch", both, start)
+    return resolved(rechecked(branch, frame, options), frame, options)

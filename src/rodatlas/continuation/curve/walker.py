@@ -8,7 +8,9 @@ from itertools import pairwise
 
 import numpy as np
 
-from rodatlas.continuation.curve.doubt import Doubt
+from rodatlas.continuation.curve.bounds import Crossing, are_finite, crossed
+from rodatlas.continuation.curve.closing import passes
+from rodatlas.continuation.curve.doubt import Doubt, ErrorWatch
 from rodatlas.continuation.curve.events import (
     EDGE,
     Located,
@@ -24,13 +26,14 @@ from rodatlas.continuation.curve.options import TraceOptions
 from rodatlas.continuation.curve.point import Frame
 from rodatlas.continuation.curve.settle import across, settled
 from rodatlas.continuation.discrete.collocation import add, arc_length, arc_over_sine
-from rodatlas.continuation.discrete.growth import LastLook
 from rodatlas.continuation.discrete.mesh import ACCEPTED, monitor
 from rodatlas.continuation.discrete.newton import NewtonCode, fixed, newton, plane
+from rodatlas.continuation.linear.matrix import Columns
 from rodatlas.continuation.results.branch import EndReason, Point, SpecialPoint
 from rodatlas.continuation.results.verification import NEARLY_SINGULAR, ROUND_OFF, UNRESOLVED_MODE, Discrepancy
 from rodatlas.continuation.symmetric.isotropy import with_symmetry
 
+ON_BOUND = 1e-12  # distance from a bound, relative to it or to one, within which a point lies on it
 VAGUE = 0.15  # relative error of the distance at which a branch point is seen, at most
 
 
@@ -84,11 +87,16 @@ class Walker:
         self._count = 0
         self._early: set[str] = set()
         self._passed: SpecialPoint | None = None
-        self.doubts: list[Doubt] = []
+        density = monitor(frame.colloc, frame.x)
+        self._watch = ErrorWatch(options.mesh, frame.colloc, frame.error, density, arclength)
         self.unseen: list[Discrepancy] = []
         self._window = [self._first]  # points since the mesh was looked at
         self._singular: list[SpecialPoint] = []  # branch points passed
-        self._looked = LastLook.at(frame.colloc, frame.error, monitor(frame.colloc, frame.x))
+
+    @property
+    def doubts(self) -> list[Doubt]:
+        """Where points may miss the tolerance."""
+        return self._watch.doubts
 
     def first_point(self) -> Point:
         """The start itself as a point."""
@@ -99,9 +107,9 @@ class Walker:
         self._measure_end()
 
     def _walk(self) -> Iterator[Step]:
-        control = self.options.mesh
         while self.end is None:
-            if self._count and (self._count % control.every == 0 or self._is_over()):
+            here = self.frame
+            if self._watch.is_due(here.colloc, monitor(here.colloc, here.x)):
                 self._adapt()
             step = self._advance() if self.end is None else None
             if step is None:
@@ -109,16 +117,12 @@ class Walker:
             self.last = step.point
             self._window.append(step.point)
             self._count += 1
+            self._watch.stepped()
             if self.end is None and self._count >= self.options.max_points:
                 self.end = EndReason.POINT_LIMIT
             if self.options.on_point is not None:
                 self.options.on_point(self.last)
             yield step
-
-    def _is_over(self) -> bool:
-        """Whether the error that is expected by now asks for another look at the mesh, before its turn."""
-        here = self.frame
-        return self._looked.is_over(here.colloc, monitor(here.colloc, here.x), self.options.mesh)
 
     # -- one step -------------------------------------------------------------------------------------------------
 
@@ -176,42 +180,24 @@ class Walker:
         length = here.colloc.inner(here.tangent, add(result.state, (-1.0, here.x))) * arc_over_sine(cosine)
         frame = replace(frame, previous_step=length)
         iterations, first = len(result.corrections), result.corrections[0]
-        if not self._is_defined(frame):
+        if not are_finite(frame.colloc, (*self.options.bounds, *self.options.zeros), frame.x):
             self.failure = NewtonCode.NOT_FINITE
             return None
-        crossed = self._crossed_bounds(frame)
-        if not crossed:
+        passed = self._crossed_bounds(frame)
+        if not passed:
             return _Trial(frame, length, iterations, first, False)
-        if crossed[0][0] <= 0.0:
+        if passed[0][0] <= 0.0:
             self.end = EndReason.RANGE
             return None
-        for fraction, name, bound in crossed:
+        for fraction, name, bound in passed:
             landed = self._land(frame, length, fraction, name, bound)
             if landed is not None and not self._crossed_bounds(landed[0]):
                 return _Trial(*landed, iterations, first, True)
         return None
 
-    def _is_defined(self, frame: Frame) -> bool:
-        """Whether bounded and sought observables have values there."""
-        names = dict.fromkeys([*self.options.bounds, *self.options.zeros])
-        return all(np.isfinite(frame.colloc.observable_row(name, frame.x)[0]) for name in names)
-
-    def _crossed_bounds(self, frame: Frame) -> list[tuple[float, str, float]]:
-        """Bounds between the present frame and another: (fraction of the step, name, value), the nearest first.
-
-        The fraction is zero when the present frame already lies on the bound or outside.
-        """
-        crossed = []
-        for name, bounds in self.options.bounds.items():
-            value = frame.colloc.observable_row(name, frame.x)[0]
-            before = frame.colloc.observable_row(name, self.frame.x)[0]
-            for bound, outward in zip(bounds, (-1.0, 1.0), strict=True):
-                at = frame.colloc.bvp.coordinate(name, bound)
-                tiny = 1e-12 * max(1.0, abs(at))
-                if outward * (value - at) > tiny and outward * (value - before) > 0:
-                    inside = outward * (at - before) > tiny
-                    crossed.append(((at - before) / (value - before) if inside else 0.0, name, bound))
-        return sorted(crossed)
+    def _crossed_bounds(self, frame: Frame) -> list[Crossing]:
+        """Bounds between the present frame and another."""
+        return crossed(frame.colloc, self.options.bounds, self.frame.x, frame.x, ON_BOUND)
 
     def _land(
         self, frame: Frame, length: float, fraction: float, name: str, bound: float
@@ -307,24 +293,17 @@ class Walker:
         )  # fmt: skip
 
     def _closing(self, segment: Segment) -> float | None:
-        """Fraction of the segment at which it passes the start again, in the same direction; else None.
+        """Fraction of the segment at which it passes the start again, in the same direction; else None."""
+        start, here = self.start, segment.left
+        if self._count < 3 or np.abs(start.x.mesh[[0, -1]] - here.x.mesh[[0, -1]]).max() > 20 * segment.step:
+            return None
 
-        A near miss is not enough: the branch is corrected in the plane through the start and has to meet it.
-        """
-        start, here, colloc = self.start, segment.left, segment.colloc
-        if self._count < 3 or np.abs(start.x.scalars - here.x.scalars).max() > 2 * segment.step:
-            return None
-        if np.abs(start.x.mesh[[0, -1]] - here.x.mesh[[0, -1]]).max() > 20 * segment.step:
-            return None
-        x0 = start.colloc.interpolate(start.x, colloc)
-        t0 = start.colloc.interpolate(start.tangent, colloc)
-        fraction, off = segment.position(x0)
-        if not 0.0 < fraction <= 1.0 or off > 0.05 or colloc.inner(t0, segment.direction(fraction)) < 0.95:
-            return None
-        met = newton(colloc, segment.interpolate(fraction), [plane(colloc, t0, x0)], self.options.newton)
-        self.newton_iterations += len(met.corrections)
-        missed = colloc.norm(add(met.state, (-1.0, x0)))
-        return fraction if met.converged and missed < 1e-3 * segment.step + 100 * self.options.mesh.tolerance else None
+        def corrected(guess: Columns, normal: Columns) -> Columns | None:
+            met = newton(segment.colloc, guess, [plane(segment.colloc, normal, guess)], self.options.newton)
+            self.newton_iterations += len(met.corrections)
+            return met.state if met.converged else None
+
+        return passes(segment, start, corrected, self.options.mesh.tolerance)
 
     def _point(self, frame: Frame, arclength: float, iterations: int, step: float) -> Point:
         solution = frame.colloc.solution(frame.x, frame.error)
@@ -352,8 +331,8 @@ class Walker:
                 self.newton_iterations += spent
             if better.missed in (EndReason.MESH_LIMIT, EndReason.UNREFINED):
                 self.end = better.missed
-        here = self.frame
-        self._looked = LastLook.at(here.colloc, here.error, monitor(here.colloc, here.x))
+        now = self.frame
+        self._watch.moved(now.colloc, now.error, monitor(now.colloc, now.x))
 
     def _accounts_for(self, expected: tuple[float, ...], before: tuple[float, ...]) -> bool:
         """Whether every branch point that is seen behind, on the points of the window, is one that was located.
@@ -376,15 +355,14 @@ class Walker:
 
     def _measure_end(self) -> None:
         """Look at the last point too, for the mesh has followed since the last adaptation only so far."""
-        if len(self._window) > 1 and not self.options.mesh.is_fixed_size:
+        if self._watch.is_behind(self.last.arclength):
             error, resolved = measured_at(self.frame, self.options)
             self.newton_iterations += 2
             self._measured(error, resolved)
 
     def _measured(self, error: float, resolved: bool) -> None:
         """Keep in mind where points or test functions may be wrong: since they were looked at last."""
-        if not self.options.mesh.accepts(error):
-            self.doubts.append(Doubt(self._window[0].arclength, self.last.arclength, error))
+        self._watch.measured(error, self.last.arclength)
         if not resolved and "branch point" in self.options.locate:
             self.unseen += [self._between(a, b, (), UNRESOLVED_MODE) for a, b in pairwise(self._window)]
         self._window = [self.last]

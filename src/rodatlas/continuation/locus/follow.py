@@ -6,11 +6,12 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 from rodatlas.continuation.checks import check_each, check_type
-from rodatlas.continuation.curve.doubt import Doubt, marked
+from rodatlas.continuation.curve.bounds import Crossing, are_finite, crossed
+from rodatlas.continuation.curve.doubt import ErrorWatch, marked
 from rodatlas.continuation.curve.options import TraceOptions
 from rodatlas.continuation.curve.trace import NotConverged
+from rodatlas.continuation.curve.ways import walked
 from rodatlas.continuation.discrete.collocation import add, arc_length, free_indices, scaled
-from rodatlas.continuation.discrete.growth import LastLook
 from rodatlas.continuation.discrete.newton import NewtonCode
 from rodatlas.continuation.locus.double_zeros import cut_between
 from rodatlas.continuation.locus.events import PITCHFORK, crowded, locate, watched, with_sure_signs
@@ -25,6 +26,7 @@ from rodatlas.continuation.singular.bordered import norm_of, overlap
 ALIGNED = 0.5  # cosine of the largest turn of a kernel vector on one step
 AT_CUSP = 1e-4  # arclength from a cusp within which a parameter is not told to be extreme: there all of them turn
 AT_START = 1e-5  # arclength within which an event is one at the start of a closed locus
+ON_BOUND = 1e-10  # distance from a bound, relative to it or to one, within which a point lies on it
 SMOOTH = 0.05  # the chord of a step may differ by this share from the mean of the tangents at its ends
 
 
@@ -68,17 +70,11 @@ def follow_locus(
         raise NotConverged(NewtonCode.SLOW, f"start of the locus at {start!r}")
     if sought.kind == "branch point":
         sought = replace(sought, pitchfork=_is_pitchfork(sought, frame, options))
-    forward, backward = _Walk(sought, frame, options, tuple(names)), None
-    try:
-        forward.run()
-        if both and forward.end is not EndReason.CLOSED:
-            backward = _Walk(sought, frame.reversed(), options, tuple(names))
-            backward.run()
-    except BaseException as error:
-        error.locus = _joined(forward, backward, EndReason.INTERRUPTED)  # type: ignore[attr-defined]
-        raise
-    whole = _joined(forward, backward, EndReason.CLOSED if both and backward is None else EndReason.START)
-    return resolved(whole, frame, sought, options)
+
+    def way(sense: float) -> _Walk:
+        return _Walk(sought, frame if sense > 0 else frame.reversed(), options, tuple(names))
+
+    return resolved(walked(way, _joined, "locus", both), frame, sought, options)
 
 
 def _joined(forward: _Walk, backward: _Walk | None, start: EndReason) -> Locus:
@@ -135,11 +131,9 @@ class _Walk:
         self.end: EndReason | None = None
         self.points = [self._point(frame)]
         self.events: list[LocusEvent] = []
-        self._doubts: list[Doubt] = []
-        self._since = 0.0  # arclength at which the error was estimated last
-        self._looked = LastLook.at(frame.colloc, frame.error, density_of(frame))
+        self._watch = ErrorWatch(options.mesh, frame.colloc, frame.error, density_of(frame), 0.0)
 
-    def run(self) -> None:
+    def walk(self) -> None:
         """Walk until there is a reason to end."""
         control, step = self.options.step, self.options.step.initial
         largest = step
@@ -162,7 +156,8 @@ class _Walk:
             self.end = EndReason.RANGE if at_bound else None
             self._accept(stretch, events)
             step = largest = control.next_step(step, tried[2], stretch.right.iterations)
-        self._measure_end()
+        if self.end not in (EndReason.CRITICALITY, EndReason.CLOSED):  # whose last point has its own error
+            self._measure_end()
 
     def _events(self, stretch: Stretch, step: float, largest: float) -> list[LocusEvent] | None:
         """The special points on a stretch; None when a shorter step should tell more."""
@@ -202,14 +197,14 @@ class _Walk:
         if ending is not None:  # beyond it the locus is its own mirror image
             self._measure_end()
             self.events += [e for e in events if e.arclength <= ending.arclength]
-            self.arclength = self._since = ending.arclength
+            self.arclength = ending.arclength
             self.points.append(replace(self._point(stretch.left), solution=ending.solution))
             self.end = EndReason.CRITICALITY
             return
         closing = stretch.passes(self.start) if self.end is None and len(self.points) >= 4 else None
         if closing is not None:
             self._measure_end()
-            self.arclength = self._since = self.arclength + closing * stretch.step
+            self.arclength += closing * stretch.step
             self.events += [e for e in events if self._is_new(e)]
             self.points.append(replace(self.points[0], arclength=self.arclength))
             self.end = EndReason.CLOSED
@@ -222,7 +217,8 @@ class _Walk:
             self.end = EndReason.POINT_LIMIT
         if self.options.on_point is not None:
             self.options.on_point(self.points[-1])
-        if self.end is None and ((len(self.points) - 1) % self.options.mesh.every == 0 or self._is_over()):
+        self._watch.stepped()
+        if self.end is None and self._watch.is_due(self.frame.colloc, density_of(self.frame)):
             self._adapt()
 
     def _is_new(self, event: LocusEvent) -> bool:
@@ -233,15 +229,11 @@ class _Walk:
         known = [(e.kind, e.parameter) for e in self.events if e.arclength < AT_START]
         return ahead < -AT_START or (ahead < AT_START and (event.kind, event.parameter) not in known)
 
-    def _is_over(self) -> bool:
-        """Whether the error that is expected by now asks for another look at the mesh, before its turn."""
-        return self._looked.is_over(self.frame.colloc, density_of(self.frame), self.options.mesh)
-
     def _adapt(self) -> None:
         """Let the mesh follow; where the error is more than is accepted, settle it here."""
         control, here = self.options.mesh, self.frame
         self.frame, estimate = adapted(self.sought, here, self.options)
-        self._measured(estimate.error)
+        self._watch.measured(estimate.error, self.arclength)
         if not control.accepts(estimate.error):
             if estimate.is_round_off and estimate.error > 100 * control.tolerance:
                 self.end = EndReason.ROUND_OFF
@@ -252,22 +244,17 @@ class _Walk:
             self.frame = replace(better.frame, tangent=same.tangent, tests=same.tests)
             if better.missed in (EndReason.MESH_LIMIT, EndReason.UNREFINED):
                 self.end = better.missed
-        self._looked = LastLook.at(self.frame.colloc, self.frame.error, density_of(self.frame))
+        self._watch.moved(self.frame.colloc, self.frame.error, density_of(self.frame))
 
     def _measure_end(self) -> None:
         """Look at the last point too, for the mesh has followed since the last adaptation only so far."""
-        if self._since < self.arclength and not self.options.mesh.is_fixed_size:
-            self._measured(error_of(self.sought, self.frame, self.options.mesh.tolerance).error)
-
-    def _measured(self, error: float) -> None:
-        """Keep in mind where points may be wrong: since they were looked at last."""
-        if not self.options.mesh.accepts(error):
-            self._doubts.append(Doubt(self._since, self.arclength, error))
-        self._since = self.arclength
+        if self._watch.is_behind(self.arclength):
+            error = error_of(self.sought, self.frame, self.options.mesh.tolerance).error
+            self._watch.measured(error, self.arclength)
 
     def marked_points(self) -> list[LocusPoint]:
         """The points with the errors that were found after them."""
-        return [replace(p, solution=marked(p.solution, p.arclength, self._doubts)) for p in self.points]
+        return [replace(p, solution=marked(p.solution, p.arclength, self._watch.doubts)) for p in self.points]
 
     def _point(self, frame: LocusFrame) -> LocusPoint:
         solution = frame.colloc.solution(frame.x, frame.error)
@@ -284,26 +271,21 @@ class _Walk:
     def _landed(self, frame: LocusFrame, step: float) -> Stretch | None:
         """The step as a stretch, cut exactly at the first bound that it crosses; None when that fails."""
         stretch = Stretch(self.sought, self.frame, frame, step, self.arclength, self.options)
-        crossed = self._crossed(frame)
-        if crossed and crossed[0][0] < 1e-9:  # the present point lies on a bound
+        if not are_finite(frame.colloc, (*self.options.bounds, *self.options.zeros), frame.x):
+            return None
+        passed = self._crossed(frame)
+        if passed and passed[0][0] <= 0.0:  # the present point lies on a bound
             self.end = EndReason.RANGE
             return None
-        for _, name, bound in crossed:
+        for _, name, bound in passed:
             found = stretch.root(lambda f, name=name, bound=bound: f.beyond(name, bound), 1e-13)  # type: ignore[misc]
             if found is not None and not self._crossed(found[0]):
                 return replace(stretch, right=found[0], step=found[1] * step)
-        return None if crossed else stretch
+        return None if passed else stretch
 
-    def _crossed(self, frame: LocusFrame) -> list[tuple[float, str, float]]:
-        """Bounds passed since the present frame: (fraction of the step, name, value), the nearest first."""
-        crossed = []
-        for name, bounds in self.options.bounds.items():
-            for bound, outward in zip(bounds, (-1.0, 1.0), strict=True):
-                at = frame.colloc.bvp.coordinate(name, bound)
-                before, now = self.frame.beyond(name, bound), frame.beyond(name, bound)
-                if outward * now > 1e-10 * max(1.0, abs(at)) and outward * (now - before) > 0:
-                    crossed.append((-before / (now - before), name, bound))
-        return sorted(crossed)
+    def _crossed(self, frame: LocusFrame) -> list[Crossing]:
+        """Bounds between the present frame and another."""
+        return crossed(frame.colloc, self.options.bounds, self.frame.x, frame.x, ON_BOUND)
 
 
 def _flipped(p: LocusPoint) -> LocusPoint:

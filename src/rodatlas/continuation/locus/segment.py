@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from rodatlas.continuation.curve.closing import passes
 from rodatlas.continuation.curve.options import TraceOptions
 from rodatlas.continuation.discrete.collocation import add, arc_length, hermite, scaled
 from rodatlas.continuation.linear.matrix import Columns
@@ -36,20 +37,23 @@ class Stretch:
         """
         if fraction in (0.0, 1.0):
             return self.right if fraction else self.left
-        guess, normal = self._interpolated(fraction)
+        guess, normal = self.interpolate(fraction), self.direction(fraction)
         if near is not None:
-            guess = add(guess, (1.0, near[1].x), (-1.0, self._interpolated(near[0])[0]))
+            guess = add(guess, (1.0, near[1].x), (-1.0, self.interpolate(near[0])))
         found = correct(self.sought, self.right, guess, normal, self.options, exact=True)
         if found is None or self.right.colloc.norm(add(found[0].x, (-1.0, guess))) > 0.1 * self.step:
             return None
         return found[0].after(self.left, fraction * self.step)
 
-    def _interpolated(self, t: float) -> tuple[Columns, Columns]:
-        """Place and direction at a fraction t."""
+    def interpolate(self, fraction: float) -> Columns:
+        """Cubic Hermite interpolation of the locus."""
         one, two = self.left, self.right
-        guess = hermite((one.x, two.x), (one.tangent, two.tangent), self.step, t)
-        normal = add(scaled(one.tangent, 1 - t), (t, two.tangent))
-        return guess, scaled(normal, 1.0 / two.colloc.norm(normal))
+        return hermite((one.x, two.x), (one.tangent, two.tangent), self.step, fraction)
+
+    def direction(self, fraction: float) -> Columns:
+        """Unit tangent, interpolated."""
+        t = add(scaled(self.left.tangent, 1 - fraction), (fraction, self.right.tangent))
+        return scaled(t, 1.0 / self.right.colloc.norm(t))
 
     def root(self, test: Test, within: float = LOCATED) -> tuple[LocusFrame, float] | None:
         """Frame and fraction at which a function of frames vanishes: the secant method, kept inside the bracket.
@@ -78,26 +82,13 @@ class Stretch:
         return None
 
     def passes(self, other: LocusFrame) -> float | None:
-        """Fraction of the step at which it passes another frame, in the same direction; else None.
+        """Fraction of the step at which it passes another frame, in the same direction; else None."""
 
-        A near miss is not enough: the locus is corrected in the plane through the other point and has to meet it.
-        """
-        colloc = self.right.colloc
-        if np.abs(other.x.scalars - self.left.x.scalars).max() > 2 * self.step:
-            return None
-        x0, t0 = (other.colloc.interpolate(v, colloc) for v in (other.x, other.tangent))
-        fraction = self.position(x0)
-        if not 0.0 < fraction <= 1.0:
-            return None
-        guess, direction = self._interpolated(fraction)
-        gap = add(x0, (-1.0, guess))
-        if colloc.norm(gap) > 0.1 * self.step or colloc.inner(t0, direction) < 0.95:
-            return None
-        found = correct(self.sought, self.right, add(guess, (colloc.inner(t0, gap), t0)), t0, self.options)
-        if found is None:
-            return None
-        missed = colloc.norm(add(found[0].x, (-1.0, x0)))
-        return fraction if missed < 1e-3 * self.step + 100 * self.options.mesh.tolerance else None
+        def corrected(guess: Columns, normal: Columns) -> Columns | None:
+            found = correct(self.sought, self.right, guess, normal, self.options)
+            return None if found is None else found[0].x
+
+        return passes(self, other, corrected, self.options.mesh.tolerance)
 
     def position(self, x: Columns) -> float:
         """Fraction of the step at which a state lies, from its projection on the chord."""
@@ -133,7 +124,8 @@ class Stretch:
         colloc = self.right.colloc
         chord, cosine = colloc.norm(add(high[1].x, (-1.0, low[1].x))), colloc.inner(low[1].tangent, high[1].tangent)
         between = replace(self, left=low[1], right=high[1], step=arc_length(chord, cosine))
-        x, tangent = between._interpolated((fraction - low[0]) / (high[0] - low[0]))
+        share = (fraction - low[0]) / (high[0] - low[0])
+        x, tangent = between.interpolate(share), between.direction(share)
         error = abs(fraction - other) * self.step
         return SingularRoot(replace(low[1], x=x, tangent=tangent), fraction, error, (low[0], high[0]))
 
