@@ -68,7 +68,7 @@ FOREIGN = casadi.SX.sym("foreign")
         (lambda s, u, p: {"u": u.v, "w": u.u}, r"rhs: expected the names \('u', 'v'\), got \['u', 'w'\]"),
         (lambda s, u, p: [u.v, u.u * FOREIGN], "rhs: expected functions of the given symbols only, got foreign too"),
         (lambda u, p: [u.v, u.u], "rhs: expected arithmetic .* takes 2 positional arguments but 3 were given"),
-        (3.0, r"rhs: expected a function, got 3\.0"),
+        (3.0, r"rhs: expected a function or a sequence of functions, got 3\.0"),
     ],
 )
 def test_a_right_hand_side_that_cannot_be_traced(rhs, message: str) -> None:
@@ -92,7 +92,7 @@ def test_a_right_hand_side_that_cannot_be_traced(rhs, message: str) -> None:
         ({"boundary": lambda left, right, p: [left.u, math.cos(right.u)]}, r"boundary: .* write np\.sin"),
         ({"integrals": [lambda s, u, p: u.u if u.u > 0 else 0]}, "integrals: expected expressions without `if`"),
         ({"integrals": [3]}, "integrals: expected a function, got 3"),
-        ({"observables": {"o": lambda s, u, p: u.u}}, r"observables: expected integral_of\(function\) or end_value"),
+        ({"observables": {"o": lambda s, u, p: u.u}}, r"observables: expected integral_of"),
         ({"observables": {"o": integral_of(lambda s, u, p: [u.u, u.v])}}, "observable o: expected one value, got 2"),
         ({"observables": {"o": end_value(lambda left, right, p: math.exp(left.u))}}, "observable o: .*NaN"),
         ({"unknowns": "uv"}, r"unknowns: expected a sequence of names such as \('u', 'v'\), got 'uv'"),
