@@ -7,16 +7,10 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from rodatlas.continuation.curve.events import (
-    FOLD_NOISE,
-    Located,
-    Segment,
-    branch_point_from,
-    changes,
-    may_be_singular_twice,
-)
+from rodatlas.continuation.curve.events import branch_point_from, may_be_singular_twice
 from rodatlas.continuation.curve.multiple import TOGETHER, MultiplePoint, SingularPlace, search_places
 from rodatlas.continuation.curve.options import TraceOptions
+from rodatlas.continuation.curve.segment import FOLD_NOISE, Located, Segment, changes
 from rodatlas.continuation.discrete.collocation import Collocation, add, scaled
 from rodatlas.continuation.linear.matrix import Columns
 from rodatlas.continuation.results.branch import SpecialPoint, Status

@@ -9,8 +9,6 @@ from itertools import pairwise
 import numpy as np
 
 from rodatlas.continuation.curve.events import (
-    Located,
-    Segment,
     explains,
     locate_events,
     may_be_singular_twice,
@@ -20,6 +18,7 @@ from rodatlas.continuation.curve.modes import adapted, measured_at, with_resolve
 from rodatlas.continuation.curve.multiple_events import told_apart
 from rodatlas.continuation.curve.options import TraceOptions
 from rodatlas.continuation.curve.point import Frame
+from rodatlas.continuation.curve.segment import Located, Segment
 from rodatlas.continuation.curve.settle import across, settled
 from rodatlas.continuation.discrete.collocation import Scale, add, arc_length, arc_over_sine
 from rodatlas.continuation.discrete.mesh import ACCEPTED
@@ -193,7 +192,7 @@ class Walker:
 
     def _is_defined(self, frame: Frame) -> bool:
         """Whether bounded and sought observables have values there."""
-        names = dict.fromkeys([*self.options.bounds, *self.options.zeros])
+        names = dict.fromkeys([*self.options.bounds, *self.options.zeros, *self.options.extrema])
         return all(np.isfinite(frame.colloc.observable_row(name, frame.x)[0]) for name in names)
 
     def _crossed_bounds(self, frame: Frame) -> list[tuple[float, str, float]]:

@@ -7,12 +7,13 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from rodatlas.continuation.curve.events import dips
+from rodatlas.continuation.curve.segment import dips
 from rodatlas.continuation.discrete.collocation import add
 from rodatlas.continuation.locus.point import LocusFrame, Sought, correct, frame_at
 from rodatlas.continuation.locus.segment import LOCATED, Stretch, Test
 from rodatlas.continuation.results.branch import Status
 from rodatlas.continuation.results.locus import LocusEvent
+from rodatlas.continuation.singular.extremum import size_of, slope_along
 from rodatlas.continuation.singular.normal_form import cusp_form, fold_quadratic
 
 PITCHFORK = 1e-6  # quadratic coefficient below which a branch point is a pitchfork
@@ -56,6 +57,7 @@ def watched(stretch: Stretch, names: tuple[str, ...]) -> list[Watched]:
     their ratio.
     """
     found = [candidate for candidate in _candidates(stretch) if candidate.changes(stretch)]
+    found += [extreme for extreme in _asked(stretch, names) if extreme.changes(stretch)]
     turns = [turn for turn in _turns(names) if turn.changes(stretch)]
     if _CUSP not in found:
         return found + turns
@@ -69,6 +71,11 @@ def watched(stretch: Stretch, names: tuple[str, ...]) -> list[Watched]:
 
 def _turns(names: tuple[str, ...]) -> list[Watched]:
     return [Watched("extremum", _component(i), "", name) for i, name in enumerate(names[:2])]
+
+
+def _asked(stretch: Stretch, names: tuple[str, ...]) -> list[Watched]:
+    """The same for what else is asked for: inner free parameters and observables."""
+    return [Watched("extremum", _slope(n), "", n) for n in stretch.options.extrema if n not in names[:2]]
 
 
 def _beside_cusp(test: Test) -> Test:
@@ -87,7 +94,8 @@ def with_sure_signs(stretch: Stretch, names: tuple[str, ...]) -> Stretch:
     event is then seen on one stretch.
     """
     right = stretch.right
-    near = [w for w in (*_candidates(stretch), *_turns(names)) if abs(w.test(right)) < 100 * right.noise]
+    every = (*_candidates(stretch), *_turns(names), *_asked(stretch, names))
+    near = [w for w in every if abs(w.test(right)) < 100 * right.noise]
     if not any(w.changes(stretch) for w in near):
         return stretch
     found = correct(stretch.sought, right, right.x, right.tangent, stretch.options, exact=True)
@@ -136,7 +144,7 @@ _TRUNK = Watched("coalescence", _value("trunk"), "the branch that is crossed has
 def _candidates(stretch: Stretch) -> list[Watched]:
     """What is watched on a locus of this kind, besides its turns."""
     zeros = [Watched(f"zero of {name}", _crossing(name, value), f"{name} = {value:g}")
-             for name, value in stretch.options.zeros.items()]  # fmt: skip
+             for name, value in stretch.options.sought]  # fmt: skip
     if stretch.sought.kind == "fold":
         return [_CUSP, _second_kernel("coalescence", "the fold meets a branch point", "trunk"), *zeros]
     if stretch.sought.kind == "branch point":
@@ -154,9 +162,15 @@ def crowded(stretch: Stretch, found: list[Watched]) -> bool:
     if _CUSP in found:
         return False
     left, right = _ends(stretch)
+    noise = 1e3 * max(left.noise, right.noise, ROUND_OFF)
     for i in range(2):
         mean = (right.x.scalars[i] - left.x.scalars[i]) / stretch.step
-        if dips(left.tangent.scalars[i], right.tangent.scalars[i], mean, 1e3 * max(left.noise, right.noise, ROUND_OFF)):
+        if dips(left.tangent.scalars[i], right.tangent.scalars[i], mean, noise):
+            return True
+    for name in stretch.options.extrema:
+        mean = (right.value(name) - left.value(name)) / stretch.step / _size(right, name)
+        slope = _slope(name)
+        if dips(slope(left), slope(right), mean, noise):
             return True
     return False
 
@@ -174,6 +188,9 @@ def locate(stretch: Stretch, what: Watched, names: tuple[str, ...]) -> LocusEven
     if what.kind == "cusp":
         return replace(event, coefficients=cusp_form(at.colloc, at.x, at.border))
     if what.kind == "extremum":
+        if what.parameter not in names[:2]:
+            kind = "maximum" if what.test(stretch.left) > 0 else "minimum"
+            return replace(event, what=f"a {kind} of {what.parameter} along the locus")
         return replace(event, what=_turn(stretch.sought, at, names.index(what.parameter)))
     return event
 
@@ -270,3 +287,12 @@ def _determinant(stretch: Stretch) -> Test:
 
 def _component(i: int) -> Test:
     return lambda frame: float(frame.tangent.scalars[i])
+
+
+def _slope(name: str) -> Test:
+    """Derivative of an observable or inner parameter along the locus, in units of its gradient."""
+    return lambda frame: slope_along(frame.colloc, name, frame.x, frame.tangent) / _size(frame, name)
+
+
+def _size(frame: LocusFrame, name: str) -> float:
+    return size_of(frame.colloc.observable_row(name, frame.x)[1], frame.colloc) or 1.0

@@ -12,12 +12,14 @@ from rodatlas.continuation.discrete.collocation import add, arc_length, free_ind
 from rodatlas.continuation.discrete.newton import NewtonCode
 from rodatlas.continuation.locus.double_zeros import cut_between
 from rodatlas.continuation.locus.events import PITCHFORK, crowded, locate, watched, with_sure_signs
+from rodatlas.continuation.locus.extremum import follow_extremum
 from rodatlas.continuation.locus.point import LocusFrame, Sought, adapted, correct, first_frame
 from rodatlas.continuation.locus.segment import Stretch
 from rodatlas.continuation.problem.bvp import BVP
 from rodatlas.continuation.results.branch import EndReason, SpecialPoint, Status
 from rodatlas.continuation.results.locus import Locus, LocusEvent, LocusPoint
 from rodatlas.continuation.singular.bordered import norm_of, overlap
+from rodatlas.continuation.singular.extremum import KIND as EXTREMUM
 
 ALIGNED = 0.5  # cosine of the largest turn of a kernel vector on one step
 AT_CUSP = 1e-4  # arclength from a cusp within which a parameter is not told to be extreme: there all of them turn
@@ -28,11 +30,11 @@ SMOOTH = 0.05  # the chord of a step may differ by this share from the mean of t
 def follow_locus(
     bvp: BVP, start: SpecialPoint, free: Sequence[str], options: TraceOptions | None = None, *, both: bool = True
 ) -> Locus:
-    """Follow a fold, a branch point or a zero of an observable in two parameters.
+    """Follow a fold, a branch point, or a zero or extremum of an observable in two parameters.
 
     Parameters
     ----------
-    start : a located fold or branch point, or a zero of a free parameter or observable, whose value is kept.
+    start : a located fold, branch point or extremum, or a zero of a free parameter or observable, whose value is kept.
     free : bvp.n_free + 1 names: the parameter in which it was found, the second one, then any inner ones.
     options : bounds, zeros, steps, mesh and `within` as for branches; `locate` and `index` are not used. Of a pitchfork
         the solutions are kept `within`, not the side branch.
@@ -51,11 +53,13 @@ def follow_locus(
     check_type("bvp", bvp, BVP, "a BVP")
     check_type("start", start, SpecialPoint, "a special point of a branch")
     check_each("free", free, str, "names of parameters such as ('lam', 'mu')")
-    sought = Sought.of(start)
     names = list(dict.fromkeys(free))
     if len(names) != bvp.n_free + 1:
         raise ValueError(f"free: expected {bvp.n_free + 1} parameter names for a locus, got {list(free)}")
     options = options or TraceOptions()
+    if start.kind.startswith(EXTREMUM):
+        return follow_extremum(follow_locus, bvp, start, names, options, both)
+    sought = Sought.of(start)
     index = [bvp.parameter_index(name) for name in names]
     free_indices(bvp, [names[0], *names[2:]])
     options.check_names(bvp, names)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import numbers
 from collections.abc import Callable, Iterator, Mapping, Sequence
+from copy import copy
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
@@ -152,6 +153,7 @@ class BVP:
         self._integrals = (integrals,) if callable(integrals) else tuple(integrals or ())
         _check_functions(self._rhs, self._boundary, self._integrals, self.observables)
         self._identities, self._symmetries = identities, tuple(symmetries)
+        self._held: dict[str, str] = {}
         self._trace()
         self.symmetries, self.gauges = checked(self, symmetries)
 
@@ -195,6 +197,24 @@ class BVP:
             symmetries=self._symmetries, identities=self._identities, name=self.name,
         )  # fmt: skip
 
+    def with_value_of(self, observable: str, name: str) -> BVP:
+        """The same problem with the value of an observable as one more parameter, and the condition that this makes.
+
+        Symmetries are taken over as they are: in a subspace that one of them fixes, it leaves the value alone.
+
+        Parameters
+        ----------
+        observable : one of the problem's; name : of the new parameter, the last one.
+        """
+        new = copy(self)
+        new.parameters = {**self.parameters, name: 0.0}
+        new.__dict__.pop("parameter_names", None)
+        new._held = {**self._held, observable: name}
+        new._trace()
+        actions = {key: action.with_parameter() for key, action in self.symmetries.items()}
+        new.symmetries, new.gauges = actions, tuple(action.with_parameter() for action in self.gauges)
+        return new
+
     def _trace(self) -> None:
         import casadi as ca
 
@@ -209,13 +229,23 @@ class BVP:
             b = ends.column(self._boundary, "boundary")
             g = [inside.column(fun, "integrals") for fun in self._integrals]
             g_all = ca.vertcat(*g) if g else ca.SX(0, 1)
+            observed = {
+                key: (inside if obs.kind == "integral" else ends).column(obs.function, f"observable {key}", (key,))
+                for key, obs in self.observables.items()
+            }
+            for key, value in self._held.items():
+                condition = observed[key] - getattr(pn, value)  # the interval has length one
+                if self.observables[key].kind == "integral":
+                    g_all = ca.vertcat(g_all, condition)
+                else:
+                    b = ca.vertcat(b, condition)
             self.n_boundary, self.n_integral = b.numel(), g_all.numel()
             same = _Tracer(ca, (u, p), (un, pn)).column(self._identities, "identities") if self._identities else None
             for key, obs in self.observables.items():
                 if obs.kind == "integral":
-                    g_all = ca.vertcat(g_all, inside.column(obs.function, f"observable {key}", (key,)))
+                    g_all = ca.vertcat(g_all, observed[key])
                 else:
-                    b = ca.vertcat(b, ends.column(obs.function, f"observable {key}", (key,)))
+                    b = ca.vertcat(b, observed[key])
         self._check_count()
         both = ca.vertcat(left, right)
         jac = ca.jacobian(f, u)

@@ -94,9 +94,10 @@ class NormalForm:
 
     Attributes
     ----------
-    kind : 'fold', 'transcritical', 'pitchfork', 'isolated' (no other curve passes: an isola center) or 'degenerate'.
-    slope, bend : coefficients, in units of the parameter; of the branch itself at a fold, of the side branch at a
-        pitchfork, of the other branch at a transcritical point.
+    kind : 'fold', 'transcritical', 'pitchfork', 'isolated' (no other curve passes: an isola center) or 'degenerate'; of
+        an extremum 'maximum' or 'minimum', with the observable in the place of the parameter.
+    slope, bend : coefficients, in units of the parameter; of the branch itself at a fold or extremum, of the side
+        branch at a pitchfork, of the other branch at a transcritical point.
     """
 
     kind: str
@@ -106,11 +107,11 @@ class NormalForm:
 
 @dataclass(frozen=True, eq=False)
 class SpecialPoint:
-    """A fold, branch point or user zero, with the record of how it was found.
+    """A fold, branch point, user zero or extremum, with the record of how it was found.
 
     Attributes
     ----------
-    kind : 'fold', 'branch point', or 'zero of NAME'.
+    kind : 'fold', 'branch point', 'zero of NAME', or 'extremum of NAME'.
     status : CONVERGED when Newton on the augmented system converged inside the bracket and the error is accepted,
         UNRESOLVED when no allowed mesh brought it there, else BRACKETED.
     bracket : arclengths of the two points between which the test function changes sign.
@@ -184,9 +185,19 @@ class SpecialPoint:
         return "supercritical" if ahead == (after > before) else "subcritical"
 
     @property
+    def name(self) -> str:
+        """The observable or parameter that has a value, or is extreme, here; '' at a fold or branch point."""
+        return self.kind.partition(" of ")[2]
+
+    @property
+    def is_zero(self) -> bool:
+        """Whether only a value is reached: all other kinds have test functions and a mesh of their own."""
+        return self.kind.startswith("zero of ")
+
+    @property
     def label(self) -> str:
         """Short label for plots."""
-        return LABELS.get(self.kind, LABELS["zero"])
+        return LABELS[self.kind.partition(" of ")[0]]
 
     def __repr__(self) -> str:
         kind = self.kind

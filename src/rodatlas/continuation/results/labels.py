@@ -6,6 +6,7 @@ LABELS = {
     "pitchfork": "PF",
     "cusp": "CP",
     "zero": "UZ",
+    "extremum": "EX",
     "end": "EP",
     "no convergence": "MX",
 }

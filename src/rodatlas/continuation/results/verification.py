@@ -55,7 +55,7 @@ class Verification:
     repeated : steps that were taken again shorter, because something might have hidden on them.
     retraced : suspicious intervals that were traced again with much smaller steps.
     cleared : those of them on which everything then added up.
-    converged, bracketed : folds and branch points by status.
+    converged, bracketed : folds, branch points and extrema by status.
     least_singular : smallest singular value of the bordered matrix at a computed point, scaled.
     untrusted : arclength intervals on which the determinant was found to be round-off.
     unresolved : points and special points whose estimated error exceeds ten times the tolerance, or is not known
