@@ -19,7 +19,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from rodatlas.continuation.checks import check_type
-from rodatlas.continuation.curve.start import NotConverged
+from rodatlas.continuation.curve.start import IDLE, NotConverged
 from rodatlas.continuation.discrete.collocation import Collocation, Row, Scale, add, scaled
 from rodatlas.continuation.discrete.newton import NewtonCode
 from rodatlas.continuation.linear.matrix import Blocks, Columns, Factorization
@@ -30,7 +30,6 @@ from rodatlas.continuation.singular.bordered import norm_of, overlap
 from rodatlas.continuation.singular.extremum import KIND, ValueView
 
 PERSISTS = 1e-6  # share of a parameter's effect along the left kernel vector that is round-off
-IDLE = 1e-11  # effect on the scaled equations that is round-off itself
 
 
 def sensitivity(bvp: BVP, special: SpecialPoint, of: str | None = None) -> dict[str, float]:

@@ -15,6 +15,8 @@ from rodatlas.continuation.results.labels import LABELS
 from rodatlas.continuation.results.verification import Discrepancy, Verification
 
 if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
     from rodatlas.continuation.discrete.collocation import Scale
     from rodatlas.continuation.discrete.newton import NewtonCode
     from rodatlas.continuation.linear.matrix import Columns
@@ -274,6 +276,15 @@ class Branch:
 
     def of_kind(self, kind: str) -> tuple[SpecialPoint, ...]:
         return tuple(x for x in self.special if x.kind == kind)
+
+    def plot(self, x: str, y: str, ax: Axes | None = None, **style: Any) -> Axes:
+        """Draw in the plane of two parameters or observables, see :func:`rodatlas.plot.draw_branch`.
+
+        >>> ax = branch.plot("lam", "mean")
+        """
+        from rodatlas.plot.branches import draw_branch
+
+        return draw_branch(self, x, y, ax=ax, **style)
 
     def to_frame(self) -> Table:
         """One row per point and special point: label, arclength, parameters, observables, error, index."""

@@ -13,6 +13,8 @@ from rodatlas.continuation.discrete.solution import Solution
 from rodatlas.continuation.results.branch import EndReason, Status
 
 if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
     from rodatlas.continuation.discrete.collocation import Scale
     from rodatlas.continuation.table import Table
 
@@ -130,6 +132,12 @@ class Locus:
         from rodatlas.continuation.store.locus import load_locus
 
         return load_locus(path)
+
+    def plot(self, x: str | None = None, y: str | None = None, ax: Axes | None = None) -> Axes:
+        """Draw in the plane of its parameters, or of what is named, see :func:`rodatlas.plot.draw_locus`."""
+        from rodatlas.plot.branches import draw_locus
+
+        return draw_locus(self, x, y, ax=ax)
 
     def to_frame(self) -> Table:
         """One row per point and special point: event, arclength, parameters, observables, error."""
