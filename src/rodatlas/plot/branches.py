@@ -35,6 +35,7 @@ WORDS = NAMES | {"extremum": "extremum"}  # a problem of any kind has no clamp a
 OTHERS: dict[str, dict[str, Any]] = {
     "extremum": {"marker": "^", "ms": 4.4, "mfc": "white"},
     "zero": {"marker": "|", "ms": 6.0},
+    "pitchfork": {"marker": "o", "ms": 3.8, "mfc": INK},
 }
 
 
@@ -91,12 +92,12 @@ def draw_locus(locus: Locus, x: str | None = None, y: str | None = None, ax: Axe
     x, y = x or locus.free[1], y or locus.free[0]
     places = np.array([[_value(p, name) for name in (x, y)] for p in locus.points])
     arclength = np.array([p.arclength for p in locus.points])
-    kind = "pitchfork" if locus.pitchfork else locus.kind
+    kind = "pitchfork" if locus.pitchfork else locus.kind.removeprefix("unprotected ")
     with styled():
         ax = _axes(x, y) if ax is None else ax
         _plot(ax, kind, *_smooth(arclength, places)[1].T, **LINES.get(kind, {"color": INK, "lw": 1.2, "ls": "-"}))
         for event in locus.events:
-            style = EVENTS.get(event.kind, OTHERS["zero"])
+            style = (OTHERS | EVENTS).get(event.kind, OTHERS["zero"])
             label = WORDS.get(event.kind, event.kind)
             _plot(ax, label, *(_value(event, name) for name in (x, y)), zorder=4, **(MARK | style))
         ax.legend(handlelength=2.4, fontsize=7.5)

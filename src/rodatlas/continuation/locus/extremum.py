@@ -28,9 +28,7 @@ def follow_extremum(
     free : the parameter of the branches, the second one, then any inner ones; all that is extreme may be one of these.
     """
     if start.name in free[:2]:
-        raise ValueError(
-            f"free: expected '{start.name}', which is extreme, after the two parameters, got {list(free)}"
-        )
+        raise ValueError(f"free: expected '{start.name}', which is extreme, after the two parameters, got {list(free)}")
     scale = start.scale or Scale.of(bvp, start.solution)
     said = _Said(ValueView.of(bvp, start.name), start.kind, tuple(free), scale, options)
     view, given = said.view, options.on_point

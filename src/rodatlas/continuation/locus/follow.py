@@ -15,6 +15,8 @@ from rodatlas.continuation.locus.events import PITCHFORK, crowded, locate, watch
 from rodatlas.continuation.locus.extremum import follow_extremum
 from rodatlas.continuation.locus.point import LocusFrame, Sought, adapted, correct, first_frame
 from rodatlas.continuation.locus.segment import Stretch
+from rodatlas.continuation.locus.system import UNPROTECTED
+from rodatlas.continuation.locus.unprotected import branch_point_of, is_near
 from rodatlas.continuation.problem.bvp import BVP
 from rodatlas.continuation.results.branch import EndReason, SpecialPoint, Status
 from rodatlas.continuation.results.locus import Locus, LocusEvent, LocusPoint
@@ -28,14 +30,21 @@ SMOOTH = 0.05  # the chord of a step may differ by this share from the mean of t
 
 
 def follow_locus(
-    bvp: BVP, start: SpecialPoint, free: Sequence[str], options: TraceOptions | None = None, *, both: bool = True
-) -> Locus:
+    bvp: BVP, start: SpecialPoint | LocusEvent, free: Sequence[str], options: TraceOptions | None = None, *,
+    both: bool = True,
+) -> Locus:  # fmt: skip
     """Follow a fold, a branch point, or a zero or extremum of an observable in two parameters.
+
+    A branch point that nothing protects exists at single points of the plane only, as where two branches merge and
+    split: it is followed in three parameters.
 
     Parameters
     ----------
-    start : a located fold, branch point or extremum, or a zero of a free parameter or observable, whose value is kept.
-    free : bvp.n_free + 1 names: the parameter in which it was found, the second one, then any inner ones.
+    start : a located fold, branch point or extremum, or a zero of a free parameter or observable, whose value is kept;
+        with three parameters also an event of a locus of folds that is a branch point, such as an 'extremum' in the
+        second parameter.
+    free : bvp.n_free + 1 names: the parameter in which it was found, the second one, then any inner ones; one name more
+        for a branch point in three parameters, which come first.
     options : bounds, zeros, steps, mesh and `within` as for branches; `locate` and `index` are not used. Of a pitchfork
         the solutions are kept `within`, not the side branch.
     both : follow both directions.
@@ -51,21 +60,24 @@ def follow_locus(
         `locus`, whose end there is `EndReason.INTERRUPTED`.
     """
     check_type("bvp", bvp, BVP, "a BVP")
-    check_type("start", start, SpecialPoint, "a special point of a branch")
+    check_type("start", start, (SpecialPoint, LocusEvent), "a special point of a branch or locus")
     check_each("free", free, str, "names of parameters such as ('lam', 'mu')")
     names = list(dict.fromkeys(free))
-    if len(names) != bvp.n_free + 1:
+    unprotected = len(names) == bvp.n_free + 2
+    if isinstance(start, LocusEvent):
+        start = branch_point_of(start, unprotected)
+    if len(names) != bvp.n_free + 1 and not (unprotected and start.kind == "branch point"):
         raise ValueError(f"free: expected {bvp.n_free + 1} parameter names for a locus, got {list(free)}")
     options = options or TraceOptions()
     if start.kind.startswith(EXTREMUM):
         return follow_extremum(follow_locus, bvp, start, names, options, both)
-    sought = Sought.of(start)
+    sought = Sought(UNPROTECTED) if unprotected else Sought.of(start)
     index = [bvp.parameter_index(name) for name in names]
-    free_indices(bvp, [names[0], *names[2:]])
+    free_indices(bvp, [names[0], *names[3 if unprotected else 2 :]])
     options.check_names(bvp, names)
     _check_inside(start, options)
     frame = first_frame(bvp, sought, start, index, options)
-    if frame is None:
+    if frame is None or (unprotected and not is_near(frame, start)):
         raise NotConverged(NewtonCode.SLOW, f"start of the locus at {start!r}")
     if sought.kind == "branch point":
         sought = replace(sought, pitchfork=_is_pitchfork(sought, frame, options))

@@ -6,6 +6,7 @@ import numpy as np
 
 from rodatlas.continuation.discrete.collocation import Collocation, Row, add, scaled
 from rodatlas.continuation.linear.matrix import Blocks, Columns
+from rodatlas.continuation.locus.system import scalars_of
 from rodatlas.continuation.singular.augmented import left_column, unit
 from rodatlas.continuation.singular.bordered import Border
 
@@ -16,8 +17,7 @@ def kernel_border(kind: str, colloc: Collocation, x: Columns) -> Border | None:
     The bordered matrix with random rows and column is regular with probability one, and its solutions span the
     kernel: no iteration is needed.
     """
-    inner = list(range(2, len(colloc.free)))
-    scalars = inner if kind == "fold" else [0, *inner]
+    scalars = scalars_of(kind, len(colloc.free))
     count = 1 if kind == "fold" else 2
     rng = np.random.default_rng(17)
     lin = colloc.linearize(x)

@@ -36,7 +36,10 @@ class EndReason(Enum):
         "that change by much more than one"
     )
     CRITICALITY = "ends where a pitchfork changes between super- and subcritical"
-    UNFOLDED = "the branch point does not persist: it needs a symmetry or a branch that the second parameter breaks"
+    UNFOLDED = (
+        "the branch point does not persist: it needs a symmetry or a branch that the second parameter breaks; follow "
+        "it in three parameters"
+    )
     ROUND_OFF = "round-off: forces or kernels are too large to be known better, on any mesh"
     MIN_STEP = "the step became too small: loosen the tolerance, allow more intervals or a smaller minimum step"
     MESH_LIMIT = "the tolerance needs more intervals than allowed: raise intervals or loosen the tolerance"

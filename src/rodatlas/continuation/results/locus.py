@@ -49,8 +49,9 @@ class LocusEvent:
     ----------
     kind : 'cusp' (two folds meet), 'criticality' (a pitchfork changes between super- and subcritical; a locus of folds
         ends there), 'coalescence' (a fold meets a branch point), 'crossing' (another branch point at the same
-        solution), 'extremum' (the locus turns back in `parameter`), or 'zero of NAME'.
-    parameter : name of the parameter that is extreme, or ''.
+        solution), 'pitchfork' (a branch point that nothing protects is one), 'extremum' (the locus turns back in
+        `parameter`, or an observable is extreme on it), or 'zero of NAME'.
+    parameter : name of the parameter or observable that is extreme, or ''.
     status : CONVERGED when the test function was brought to zero, else BRACKETED.
     bracket : arclengths between which it lies; test : value of the test function at the solution.
     what : what happens there, in words.
@@ -74,11 +75,12 @@ class LocusEvent:
 
 @dataclass(frozen=True, eq=False)
 class Locus:
-    """A curve of folds, branch points or values of an observable in the plane of two parameters.
+    """A curve of folds, branch points, or values or extrema of an observable in the plane of two parameters.
 
     Attributes
     ----------
-    kind : 'fold', 'branch point' or 'zero of NAME'.
+    kind : 'fold', 'branch point', 'zero of NAME', 'extremum of NAME', or 'unprotected branch point' (in three
+        parameters).
     free : names of the free parameters, the two of the plane first.
     points : tuple of LocusPoint; events : tuple of LocusEvent; both in order of arclength.
     ends : reasons at the two ends.
