@@ -5,15 +5,12 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from bvp_problems import BRATU_FOLD, algebraic, bratu, circle, constant, kinds
-from scipy.optimize import brentq
-from scipy.special import ellipe, ellipk
 
 from rodatlas.continuation import (
     BVP,
     Branch,
     EndReason,
     Locus,
-    MeshControl,
     Status,
     StepControl,
     TraceOptions,
@@ -86,32 +83,6 @@ def test_the_fold_is_the_extremum_of_the_parameter() -> None:
         if x.name in ("at_end", "inside"):
             assert x.normal_form.kind == "maximum"
             assert x.normal_form.bend == pytest.approx(fold.normal_form.bend, rel=1e-9)
-
-
-def strut() -> BVP:
-    """A strut with pinned ends, theta'' = -P sin theta, and its rise in the middle."""
-    return BVP(
-        lambda s, u, p: [u.k / 2, -p.P * np.sin(u.theta) / 2, np.sin(u.theta) / 2],
-        lambda left, right, p: [left.k, right.theta, left.y],
-        unknowns=("theta", "k", "y"), parameters={"P": 10.0}, scales={"P": 10.0},
-        observables={"rise": end_value(lambda left, right, p: right.y)}, name="strut",
-    )  # fmt: skip
-
-
-def test_the_largest_rise_of_a_strut() -> None:
-    """The rise is k/K(k) of the length, with k = sin(alpha/2); it is largest where K = E/(1 - k^2) - K."""
-    k = brentq(lambda k: 2 * ellipk(k**2) - ellipe(k**2) / (1 - k**2), 0.5, 0.95)
-    bvp = strut()
-    straight = constant(bvp, P=5.0)
-    options = TraceOptions(mesh=MeshControl(tolerance=1e-10), bounds={"P": (5.0, 40.0)}, extrema=("rise",))
-    trunk = trace(bvp, straight, ("P",), options)
-    assert kinds(trunk) == ["branch point"]  # along the trunk the rise is constant
-    side = switch(bvp, trunk.special[0], ("P",), options)
-    assert kinds(side) == ["extremum of rise"]
-    (x,) = side.special
-    assert abs(x.solution["rise"]) == pytest.approx(k / ellipk(k**2), abs=1e-10)
-    assert x.solution["P"] == pytest.approx((2 * ellipk(k**2)) ** 2, rel=1e-8)
-    assert x.normal_form.kind == ("maximum" if x.solution["rise"] > 0 else "minimum")
 
 
 @pytest.mark.parametrize("apart", [0.3, 0.1, 0.03])

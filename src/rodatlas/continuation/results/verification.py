@@ -82,7 +82,7 @@ class Verification:
     def __str__(self) -> str:
         index = f"index compared on {self.indexed}" if self.indexed else "no index was given"
         parts = [f"{self.steps} steps, {self.repeated} of them repeated shorter; {index}"]
-        parts += [f"{self.converged} folds and branch points converged, {self.bracketed} only bracketed"]
+        parts += [f"{self.converged} folds, branch points and extrema converged, {self.bracketed} only bracketed"]
         parts += [f"smallest singular value {self.least_singular:.1e}"]
         if self.retraced:
             parts += [f"{self.retraced} intervals traced again, {self.cleared} cleared"]
