@@ -142,6 +142,16 @@ def test_several_values_of_one_name() -> None:
     np.testing.assert_allclose(found, levels, atol=1e-12)
 
 
+@pytest.mark.parametrize("value", [0.99, 0.9999, 0.999999])
+def test_a_value_that_is_passed_twice_on_one_step(value: float) -> None:
+    """The maximum of a circle lies barely above it."""
+    bvp = circle()
+    options = TraceOptions(zeros={"x0": (value, 1 + 1e-9)}, step=StepControl(initial=0.4))
+    branch = trace(bvp, constant(bvp, [0.8], lam=-0.6), ("lam",), options)
+    found = sorted(x.solution["lam"] for x in branch.of_kind("zero of x0"))
+    assert found == pytest.approx([-((1 - value**2) ** 0.5), (1 - value**2) ** 0.5], abs=1e-9)
+
+
 def test_wrong_names_and_values_are_told() -> None:
     bvp = circle()
     with pytest.raises(ValueError, match="extrema: expected one of x0, got 'lam': extrema of 'lam' are the folds"):

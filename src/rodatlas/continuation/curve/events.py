@@ -8,16 +8,18 @@ import numpy as np
 
 from rodatlas.continuation.curve.extrema import locate_extrema, may_be_extreme_twice
 from rodatlas.continuation.curve.options import TraceOptions
-from rodatlas.continuation.curve.segment import FOLD_NOISE, Located, Segment, attempts, changes, dips
+from rodatlas.continuation.curve.segment import FOLD_NOISE, Located, Segment, attempts, changes, dips, passes_twice
 from rodatlas.continuation.discrete.collocation import Collocation
 from rodatlas.continuation.discrete.newton import fixed, newton
 from rodatlas.continuation.linear.matrix import Columns
 from rodatlas.continuation.results.branch import NormalForm, SpecialPoint, Status
 from rodatlas.continuation.singular.augmented import Augmented, branch_directions, solve_branch_point, solve_fold
+from rodatlas.continuation.singular.extremum import slope_along
 from rodatlas.continuation.singular.normal_form import branch_point_form
 from rodatlas.continuation.singular.refine import refined
 from rodatlas.continuation.singular.smallest import smallest_singular
 
+GRAZING = 0.1  # share of its values at the ends to which an observable comes near the value that is sought
 STEEP = 4.0  # change of a singular value per arclength that is hardly ever exceeded
 
 
@@ -66,11 +68,11 @@ def unresolved(
     """Whether a shorter step should tell more.
 
     It should when several folds or branch points crowd on the segment, when it jumps a gap between two curves, when
-    the turns of the parameter do not add up, when two folds or two branch points may hide on it, when an event lies
-    beyond a bound, and (down to an eighth of the step tried first) when one was not located. With `told_apart` all
-    places where the segment is singular are known, and only the rest is asked.
+    the turns of the parameter do not add up, when two folds, branch points, extrema or zeros may hide on it, when an
+    event lies beyond a bound, and (down to an eighth of the step tried first) when one was not located. With
+    `told_apart` all places where the segment is singular are known, and only the rest is asked.
     """
-    crowd = [e for e in events if not e.is_zero and not (told_apart and e.special.kind == "branch point")]
+    crowd = [e for e in events if e.is_singular and not (told_apart and e.special.kind == "branch point")]
     if len(crowd) > 1 or any(e.gap for e in events):
         return True
     both = "fold" in options.locate and "branch point" in options.locate
@@ -81,6 +83,9 @@ def unresolved(
     if "fold" in options.locate and may_turn_twice(segment):
         return True
     if any(may_be_extreme_twice(segment, name) for name in options.extrema):
+        return True
+    near = GRAZING if segment.step > tried / 8 else 0.0
+    if any(may_pass_twice(segment, name, value, near) for name, value in options.sought):
         return True
     if "branch point" in options.locate and not told_apart and may_be_singular_twice(segment):
         return True
@@ -93,6 +98,13 @@ def may_turn_twice(segment: Segment) -> bool:
     It is suspicious when the slope of the parameter dips on the segment (see :func:`dips`).
     """
     return dips(*segment.fold_tests, (segment.right.parameter - segment.left.parameter) / segment.step, FOLD_NOISE)
+
+
+def may_pass_twice(segment: Segment, name: str, value: float, share: float = 0.0) -> bool:
+    """Whether an observable may take a value twice on a segment at whose ends it is on the same side of it."""
+    ends = (segment.left, segment.right)
+    slopes = [slope_along(segment.colloc, name, frame.x, frame.tangent) for frame in ends]
+    return passes_twice(_values(segment, name, value), (slopes[0], slopes[1]), segment.step, share)
 
 
 def may_be_singular_twice(segment: Segment) -> bool:

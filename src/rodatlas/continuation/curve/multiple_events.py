@@ -142,7 +142,7 @@ def _simple(
 
 def _belongs(event: Located, places: Sequence[SingularPlace], segment: Segment) -> bool:
     """Whether a fold is what the test functions made of a multiple branch point."""
-    if event.is_zero:
+    if not event.is_singular:
         return False
     if event.special.status is Status.CONVERGED:
         return any(abs(event.special.arclength - p.arclength) < TOGETHER for p in places)

@@ -15,6 +15,7 @@ from rodatlas.continuation.linear.matrix import Columns
 from rodatlas.continuation.results.branch import SpecialPoint
 from rodatlas.continuation.singular.augmented import Augmented
 
+PLACES = 65  # on a step, at which a cubic is looked at
 FOLD_NOISE = 1e-9  # tangent component of the parameter below which it is round-off: the branch is vertical
 
 
@@ -39,8 +40,9 @@ class Located:
     is_round_off: bool = False
 
     @property
-    def is_zero(self) -> bool:
-        return self.special.kind not in ("fold", "branch point")
+    def is_singular(self) -> bool:
+        """Whether the problem is singular there at a fixed continuation parameter."""
+        return self.special.kind in ("fold", "branch point")
 
     @property
     def turns(self) -> bool:
@@ -124,6 +126,20 @@ def dips(left: float, right: float, mean: float, noise: float = 0.0) -> bool:
         return False
     extremum = left - start**2 / (4 * bend)
     return bool(extremum / left < 0.5 * min(1.0, right / left))
+
+
+def passes_twice(ends: tuple[float, float], slopes: tuple[float, float], step: float, share: float = 0.0) -> bool:
+    """Whether a function with these values and slopes at the ends of a step seems to pass zero twice between them.
+
+    It does when the cubic with these ends passes zero, or falls below a `share` of the values at both ends.
+    """
+    if ends[0] * ends[1] <= 0:
+        return False
+    sign = np.sign(ends[0])
+    a, b, c, d = sign * ends[0], sign * ends[1], sign * step * slopes[0], sign * step * slopes[1]
+    t = np.linspace(0.0, 1.0, PLACES)
+    cubic = a + t * (c + t * (3 * (b - a) - 2 * c - d + t * (2 * (a - b) + c + d)))
+    return bool(cubic.min() < share * min(a, b))
 
 
 def attempts(
