@@ -17,6 +17,7 @@ from rodatlas.continuation import (
     end_value,
     follow_locus,
     integral_of,
+    sensitivity,
     switch,
     trace,
 )
@@ -116,7 +117,8 @@ def test_an_inner_parameter_can_be_extreme() -> None:
 
 def test_what_is_even_is_extreme_where_a_side_branch_passes_its_pitchfork() -> None:
     bvp = algebraic(
-        lambda u, p: [u.x * (p.lam - u.x**2)],
+        lambda u, p: [u.x * (p.lam - p.mu - u.x**2)],
+        parameters=PLANE,
         observables={"even": end_value(lambda left, right, p: left.x**2 + p.lam)},
     )
     options = TraceOptions(bounds={"lam": (-1.0, 1.0)}, extrema=("even",), step=StepControl(maximum=0.1))
@@ -125,6 +127,10 @@ def test_what_is_even_is_extreme_where_a_side_branch_passes_its_pitchfork() -> N
     (x,) = side.of_kind("extremum of even")
     assert (x.status, x.normal_form.kind) == (Status.CONVERGED, "minimum")
     assert x.solution["lam"] == pytest.approx(0.0, abs=1e-9)
+    assert x.is_branch_point
+    assert sensitivity(bvp, x) == pytest.approx({"mu": 1.0}, abs=1e-9)
+    with pytest.raises(ValueError, match="start: expected the branch point itself, of which this extremum of even"):
+        follow_locus(bvp, x, PLANE)
     trunk = trace(bvp, constant(bvp, lam=-0.8), ("lam",), options)
     assert kinds(trunk) == ["branch point"]
     assert kinds(switch(bvp, trunk.special[0], ("lam",), options)) == []  # it starts there

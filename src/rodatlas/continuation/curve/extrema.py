@@ -86,8 +86,8 @@ def _met(segment: Segment, name: str, at: Located, tests: tuple[float, float]) -
         return None
     extremum = SpecialPoint(
         KIND + name, special.solution, special.arclength, special.status, special.bracket, tests,
-        residual=special.residual, free=special.free, scale=special.scale,
-        normal_form=NormalForm("maximum" if tests[0] > 0 else "minimum", 0.0),
+        residual=special.residual, directions=special.directions, free=special.free, scale=special.scale,
+        multiplicity=special.multiplicity, normal_form=NormalForm("maximum" if tests[0] > 0 else "minimum", 0.0),
     )  # fmt: skip
     return Located(extremum, at.fraction, 0)
 

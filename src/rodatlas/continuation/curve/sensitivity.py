@@ -71,7 +71,9 @@ def sensitivity(bvp: BVP, special: SpecialPoint, of: str | None = None) -> dict[
         raise ValueError(f"of: expected one of {', '.join((*free, *bvp.observables))}, got '{of}'")
     scale = special.scale or Scale.of(bvp, special.solution)
     solution, kind = special.solution, special.kind
-    if kind.startswith(KIND):
+    if special.is_branch_point:
+        kind = "branch point"
+    elif kind.startswith(KIND):
         view = ValueView.of(bvp, special.name)
         scale, solution = view.scale(scale, solution[special.name]), view.solution(solution)
         bvp, free, kind = view.inside, view.free(free), "fold"

@@ -27,6 +27,8 @@ def follow_extremum(
     follow : what follows a fold, :func:`rodatlas.continuation.follow_locus`.
     free : the parameter of the branches, the second one, then any inner ones; all that is extreme may be one of these.
     """
+    if start.is_branch_point:
+        raise ValueError(f"start: expected the branch point itself, of which this {start.kind} is a part")
     if start.name in free[:2]:
         raise ValueError(f"free: expected '{start.name}', which is extreme, after the two parameters, got {list(free)}")
     scale = start.scale or Scale.of(bvp, start.solution)

@@ -125,7 +125,7 @@ class SpecialPoint:
     residual : size of the last Newton correction of the augmented system, scaled.
     curvature : for a fold, second derivative of the continuation parameter along the branch, scaled.
     directions : tangents through a branch point: along this branch, and along the other one; at a multiple branch
-        point the unit tangents of all rays that leave it, see `rays`.
+        point the unit tangents of all rays that leave it, see `rays`; also of an extremum that is a branch point.
     free, scale : free parameters and units that `directions` refer to.
     turns : whether the continuation parameter is extreme here: at a fold, and at a pitchfork met along its side.
     normal_form : NormalForm, None when it was not computed.
@@ -198,6 +198,11 @@ class SpecialPoint:
     def is_zero(self) -> bool:
         """Whether only a value is reached: all other kinds have test functions and a mesh of their own."""
         return self.kind.startswith("zero of ")
+
+    @property
+    def is_branch_point(self) -> bool:
+        """Whether it is a branch point, or an extremum at one: a side branch is its own mirror image there."""
+        return self.kind == "branch point" or bool(self.directions)
 
     @property
     def label(self) -> str:
