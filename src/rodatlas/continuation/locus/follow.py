@@ -45,8 +45,8 @@ def follow_locus(
         second parameter.
     free : bvp.n_free + 1 names: the parameter in which it was found, the second one, then any inner ones; one name more
         for a branch point in three parameters, which come first.
-    options : bounds, zeros, extrema, steps, mesh and `within` as for branches; `locate` and `index` are not used. Of a pitchfork
-        the solutions are kept `within`, not the side branch.
+    options : bounds, zeros, extrema, steps, mesh and `within` as for branches; `locate` and `index` are not used. Of a
+        pitchfork the solutions are kept `within`, not the side branch.
     both : follow both directions.
 
     Raises
