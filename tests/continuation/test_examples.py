@@ -10,7 +10,7 @@ import pytest
 from bvp_problems import BRATU_FOLD, EULER_LOADS
 from scipy.integrate import quad, solve_bvp, solve_ivp
 from scipy.optimize import brentq, fsolve, minimize_scalar, newton
-from scipy.special import airy, ellipk, ellipkinc, erf, jv
+from scipy.special import airy, ellipe, ellipk, ellipkinc, erf, jv
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
 
@@ -351,3 +351,19 @@ def test_auto_spb() -> None:
     np.testing.assert_allclose([thinner["slope"], thinner["layer"]], [-0.80082343, 67.7490733], rtol=1e-7)
     assert lowered["gamma"] == pytest.approx(-1.0)
     np.testing.assert_allclose([lowered["slope"], lowered["layer"]], [-0.80082343, -256.868646], rtol=1e-7)
+
+
+def test_strut(capsys: pytest.CaptureFixture[str]) -> None:
+    """Elliptic integrals, and how loads and lengths scale."""
+    buckled, locus, load, rise = run("strut.py")
+    k = brentq(lambda k: 2 * ellipk(k**2) - ellipe(k**2) / (1 - k**2), 0.5, 0.95)
+    (largest,) = buckled.of_kind("extremum of rise")
+    assert "the rise is largest, 0.40314" in capsys.readouterr().out
+    expected, height = (2 * ellipk(k**2)) ** 2, k / ellipk(k**2)
+    assert abs(largest.solution["rise"]) == pytest.approx(height, abs=1e-10)
+    assert largest.solution["P"] == pytest.approx(expected, rel=1e-9)
+    assert load == pytest.approx({"b": expected, "l": -2 * expected}, rel=1e-8)
+    assert rise == pytest.approx({"b": 0.0, "l": largest.solution["rise"]}, abs=1e-9)
+    np.testing.assert_allclose(locus.column("P"), expected * locus.column("b"), rtol=1e-8)
+    np.testing.assert_allclose(np.abs(locus.column("rise")), height, atol=1e-9)
+    assert locus.events == ()

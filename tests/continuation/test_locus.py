@@ -159,7 +159,7 @@ def test_wrong_arguments_are_named():
     fold = branch.of_kind("fold")[0]
     with pytest.raises(ValueError, match="free: expected 2 parameter names for a locus"):
         follow_locus(bvp, fold, ("lam",))
-    with pytest.raises(ValueError, match="start: expected a fold, a branch point or a zero, got a cusp"):
+    with pytest.raises(ValueError, match="start: expected a fold, a branch point, an extremum or a zero, got a cusp"):
         follow_locus(bvp, replace(fold, kind="cusp"), ("lam", "eps"))
     with pytest.raises(ValueError, match=r"bounds: expected the start inside those of 'eps', 0\.3 to 1\.0, got 0\.2"):
         follow_locus(bvp, fold, ("lam", "eps"), TraceOptions(bounds={"eps": (0.3, 1.0)}))

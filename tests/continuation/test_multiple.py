@@ -7,9 +7,9 @@ import pytest
 from bvp_problems import algebraic, constant
 
 from rodatlas.continuation import BVP, Solution, TraceOptions
-from rodatlas.continuation.curve.events import Segment
 from rodatlas.continuation.curve.multiple import locate_multiple, side_directions, singular_places
 from rodatlas.continuation.curve.point import first_frame
+from rodatlas.continuation.curve.segment import Segment
 from rodatlas.continuation.discrete.collocation import Columns, add
 from rodatlas.continuation.discrete.newton import newton, plane
 

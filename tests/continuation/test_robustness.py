@@ -556,7 +556,7 @@ def test_bounds_are_pairs_of_numbers(bounds, got) -> None:
 
 
 def test_zeros_are_numbers() -> None:
-    with pytest.raises(ValueError, match="zeros: expected a number for 'lam', got None"):
+    with pytest.raises(ValueError, match="zeros: expected a number, or a sequence of them, for 'lam', got None"):
         TraceOptions(zeros={"lam": None})
 
 

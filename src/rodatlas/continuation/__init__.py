@@ -5,6 +5,7 @@
 
 from rodatlas.continuation.curve.deflation import deflated_solve, other_solutions
 from rodatlas.continuation.curve.options import StepControl, TraceOptions
+from rodatlas.continuation.curve.sensitivity import sensitivity
 from rodatlas.continuation.curve.start import NotConverged
 from rodatlas.continuation.curve.switch import switch, switch_all
 from rodatlas.continuation.curve.trace import follow, solve, trace
@@ -26,6 +27,6 @@ __all__ = [
     "BVP", "Branch", "Discrepancy", "EndReason", "Inner", "Locus", "LocusEvent", "LocusPoint", "MeshControl",
     "NewtonCode", "NewtonOptions", "NormalForm", "NotConverged", "Point", "Solution", "SpecialPoint", "Status",
     "StepControl", "Symmetry", "TraceOptions", "broken_at", "deflated_solve", "end_value", "erf", "fold_locus_at",
-    "follow", "follow_locus", "image", "integral_of", "isotropy", "other_solutions", "solve", "switch", "switch_all",
-    "tabulated", "trace", "value_at",
+    "follow", "follow_locus", "image", "integral_of", "isotropy", "other_solutions", "sensitivity", "solve", "switch",
+    "switch_all", "tabulated", "trace", "value_at",
 ]  # fmt: skip

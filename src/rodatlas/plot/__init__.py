@@ -10,6 +10,7 @@ stretches solid, unstable ones dashed.
 matplotlib is imported when the first figure is drawn, not with this package.
 """
 
+from rodatlas.plot.branches import draw_branch, draw_locus
 from rodatlas.plot.diagram import draw_slice, draw_slice_figure
 from rodatlas.plot.loci import draw_loci, draw_loci_figure
 from rodatlas.plot.phase import draw_phase, draw_phase_figure, draw_phase_states, draw_region
@@ -19,7 +20,7 @@ from rodatlas.plot.style import color_of, label_of, save_figure
 from rodatlas.plot.surface import BandSurface, band_surface
 
 __all__ = [
-    "BandSurface", "View", "band_surface", "color_of", "draw_loci", "draw_loci_figure", "draw_phase",
-    "draw_phase_figure", "draw_phase_states", "draw_profiles", "draw_region", "draw_slice", "draw_slice_figure",
-    "draw_triad", "label_of", "render_band", "save_figure",
+    "BandSurface", "View", "band_surface", "color_of", "draw_branch", "draw_loci", "draw_loci_figure", "draw_locus",
+    "draw_phase", "draw_phase_figure", "draw_phase_states", "draw_profiles", "draw_region", "draw_slice",
+    "draw_slice_figure", "draw_triad", "label_of", "render_band", "save_figure",
 ]  # fmt: skip

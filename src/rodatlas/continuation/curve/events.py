@@ -2,131 +2,35 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
+from rodatlas.continuation.curve.extrema import locate_extrema, may_be_extreme_twice
 from rodatlas.continuation.curve.options import TraceOptions
-from rodatlas.continuation.curve.point import Frame, with_tests
-from rodatlas.continuation.discrete.collocation import Collocation, add, hermite, scaled
-from rodatlas.continuation.discrete.newton import fixed, newton, plane
+from rodatlas.continuation.curve.point import with_tests
+from rodatlas.continuation.curve.segment import (
+    FOLD_NOISE,
+    STEEP,
+    Located,
+    Segment,
+    attempts,
+    changes,
+    dips,
+    passes_twice,
+)
+from rodatlas.continuation.discrete.collocation import Collocation
+from rodatlas.continuation.discrete.newton import fixed, newton
 from rodatlas.continuation.linear.matrix import Columns
 from rodatlas.continuation.results.branch import NormalForm, SpecialPoint, Status
 from rodatlas.continuation.singular.augmented import Augmented, branch_directions, solve_branch_point, solve_fold
+from rodatlas.continuation.singular.extremum import slope_along
 from rodatlas.continuation.singular.normal_form import branch_point_form
 from rodatlas.continuation.singular.refine import refined
 from rodatlas.continuation.singular.smallest import smallest_singular
 
-FOLD_NOISE = 1e-9  # tangent component of the parameter below which it is round-off: the branch is vertical
-
-STEEP = 4.0  # change of a singular value per arclength that is hardly ever exceeded, where none is known yet
+GRAZING = 0.1  # share of its values at the ends to which an observable comes near the value that is sought
 PASSES, SLOW = 5, 5.0  # of inverse iteration, and how much too large a second singular value may be after one
-EDGE = 0.02  # share of a segment at its ends where an expected branch point may lie on the next one
-LEEWAY = 1.3  # by which a mode may be steeper than those that were seen
-
-
-@dataclass(frozen=True)
-class Located:
-    """A special point and its place on a segment.
-
-    Attributes
-    ----------
-    fraction : place on the segment, 0 to 1; iterations : Newton iterations spent.
-    gap : the branch point exists only for a perturbed problem: here two curves pass each other at a small distance,
-        and the step jumped from one to the other.
-    found : a converged branch point on the mesh of the segment.
-    is_round_off : the determinant changes sign where no singular value vanishes.
-    """
-
-    special: SpecialPoint
-    fraction: float
-    iterations: int
-    gap: bool = False
-    found: Augmented | None = None
-    is_round_off: bool = False
-
-    @property
-    def is_zero(self) -> bool:
-        return self.special.kind not in ("fold", "branch point")
-
-    @property
-    def turns(self) -> bool:
-        """Whether the continuation parameter is extreme there."""
-        return self.special.turns
-
-    @property
-    def flips(self) -> bool:
-        """Whether eigenvalues of the problem at fixed parameters may change sign there, as an index counts them."""
-        return self.capacity > 0
-
-    @property
-    def capacity(self) -> int:
-        """How many eigenvalues change sign there at most; all of them do so except at a multiple branch point."""
-        if self.special.multiplicity > 1:
-            return self.special.multiplicity
-        return int(self.special.kind == "fold" or (self.special.kind == "branch point" and not self.turns))
-
-
-@dataclass(frozen=True)
-class Segment:
-    """Two frames on one discretisation, `step` apart along the curve; `start` is the arclength of the first."""
-
-    left: Frame
-    right: Frame
-    step: float
-    start: float
-
-    @property
-    def colloc(self) -> Collocation:
-        return self.right.colloc
-
-    @property
-    def fold_tests(self) -> tuple[float, float]:
-        return self.left.fold_test, self.right.fold_test
-
-    @property
-    def reach(self) -> float:
-        """How much a singular value may change on the segment, by what was seen on it and before."""
-        left, right = self.left.steepness, self.right.steepness
-        return LEEWAY * self.step * (right if np.isfinite(left) else max(STEEP, float(np.nan_to_num(right))))
-
-    @property
-    def expected(self) -> int:
-        """How many branch points were seen ahead on the segment, from before it, and not just at an end."""
-        return sum(EDGE < d / self.step < 1 - EDGE for d in self.left.expected)
-
-    def interpolate(self, fraction: float) -> Columns:
-        """Cubic Hermite interpolation of the curve."""
-        ends, tangents = (self.left.x, self.right.x), (self.left.tangent, self.right.tangent)
-        return hermite(ends, tangents, self.step, fraction)
-
-    def direction(self, fraction: float) -> Columns:
-        t = add(scaled(self.left.tangent, 1 - fraction), (fraction, self.right.tangent))
-        return scaled(t, 1.0 / self.colloc.norm(t))
-
-    def position(self, x: Columns) -> tuple[float, float]:
-        """Fraction of the segment nearest to x, and distance from the curve in units of the step."""
-        chord = add(self.right.x, (-1.0, self.left.x))
-        fraction = self.colloc.inner(chord, add(x, (-1.0, self.left.x))) / self.colloc.inner(chord, chord)
-        clipped = float(np.clip(fraction, -0.2, 1.2))
-        off = self.colloc.norm(add(x, (-1.0, self.interpolate(clipped))))
-        return float(fraction), off / self.step
-
-    def holds(self, x: Columns) -> bool:
-        """Whether x lies on this piece of the curve (and not on another solution that Newton fell on)."""
-        fraction, off = self.position(x)
-        return -1e-3 <= fraction <= 1 + 1e-3 and off < 0.1
-
-
-def changes(a: float, b: float, noise: float = 0.0) -> bool:
-    """Whether a test function passes zero from a to b; a zero at the left end was counted on the segment before.
-
-    Values of both ends below the noise mean nothing.
-    """
-    if max(abs(a), abs(b)) < noise:
-        return False
-    return a * b < 0 or (b == 0.0 and a != 0.0)
 
 
 def locate_events(segment: Segment, options: TraceOptions) -> list[Located]:
@@ -143,8 +47,9 @@ def locate_events(segment: Segment, options: TraceOptions) -> list[Located]:
         # its tangents are unknown, but one place means one pitchfork
         branch_point, fold = replace(branch_point, special=replace(branch_point.special, turns=True)), None
     found += [event for event in (branch_point, fold) if event]
-    found += [_locate_zero(segment, name, value, options) for name, value in options.zeros.items()
+    found += [_locate_zero(segment, name, value, options) for name, value in options.sought
               if changes(*_values(segment, name, value))]  # fmt: skip
+    found += locate_extrema(segment, options, branch_point)
     return sorted(found, key=lambda item: item.fraction)
 
 
@@ -173,11 +78,11 @@ def unresolved(
     """Whether a shorter step should tell more.
 
     It should when several folds or branch points crowd on the segment, when it jumps a gap between two curves, when
-    the turns of the parameter do not add up, when two folds or two branch points may hide on it, when an event lies
-    beyond a bound, and (down to an eighth of the step tried first) when one was not located. With `told_apart` all
-    places where the segment is singular are known, and only the rest is asked.
+    the turns of the parameter do not add up, when two folds, branch points, extrema or zeros may hide on it, when an
+    event lies beyond a bound, and (down to an eighth of the step tried first) when one was not located. With
+    `told_apart` all places where the segment is singular are known, and only the rest is asked.
     """
-    crowd = [e for e in events if not e.is_zero and not (told_apart and e.special.kind == "branch point")]
+    crowd = [e for e in events if e.is_singular and not (told_apart and e.special.kind == "branch point")]
     if len(crowd) > 1 or any(e.gap for e in events):
         return True
     both = "fold" in options.locate and "branch point" in options.locate
@@ -186,6 +91,11 @@ def unresolved(
     if any(e.special.status is Status.BRACKETED for e in events) and segment.step > tried / 8:
         return True
     if "fold" in options.locate and may_turn_twice(segment):
+        return True
+    if any(may_be_extreme_twice(segment, name) for name in options.extrema):
+        return True
+    near = GRAZING if segment.step > tried / 8 else 0.0
+    if any(may_pass_twice(segment, name, value, near) for name, value in options.sought):
         return True
     if "branch point" in options.locate and not told_apart and may_be_singular_twice(segment):
         return True
@@ -200,20 +110,11 @@ def may_turn_twice(segment: Segment) -> bool:
     return dips(*segment.fold_tests, (segment.right.parameter - segment.left.parameter) / segment.step, FOLD_NOISE)
 
 
-def dips(left: float, right: float, mean: float, noise: float = 0.0) -> bool:
-    """Whether a slope that is `left` and `right` at the ends of a step and `mean` on average dips between them.
-
-    It does when the parabola with these ends and this mean has an extremum there below half of the values at the ends.
-    """
-    if left * right <= 0 or max(abs(left), abs(right)) < noise:
-        return False
-    middle = 1.5 * mean - (left + right) / 4
-    bend = 2 * (left + right - 2 * middle)  # slope(x) = left + start x + bend x^2 on 0 <= x <= 1
-    start = right - left - bend
-    if bend == 0.0 or not 0.0 < -start / (2 * bend) < 1.0:
-        return False
-    extremum = left - start**2 / (4 * bend)
-    return bool(extremum / left < 0.5 * min(1.0, right / left))
+def may_pass_twice(segment: Segment, name: str, value: float, share: float = 0.0) -> bool:
+    """Whether an observable may take a value twice on a segment at whose ends it is on the same side of it."""
+    ends = (segment.left, segment.right)
+    slopes = [slope_along(segment.colloc, name, frame.x, frame.tangent) for frame in ends]
+    return passes_twice(_values(segment, name, value), (slopes[0], slopes[1]), segment.step, share)
 
 
 def may_be_singular_twice(segment: Segment) -> bool:
@@ -274,7 +175,7 @@ def _locate_fold(segment: Segment, options: TraceOptions) -> Located:
     def attempt(x: Columns, t: Columns) -> Augmented:
         return solve_fold(segment.colloc, x, t)
 
-    found, tangent, bracket, spent = _attempts(segment, options, attempt, lambda frame: frame.fold_test, a / (a - b))
+    found, tangent, bracket, spent = attempts(segment, options, attempt, lambda frame: frame.fold_test, a / (a - b))
     return _record(segment, options, "fold", found, tangent, (a, b), bracket, spent)
 
 
@@ -285,7 +186,7 @@ def _locate_branch_point(segment: Segment, options: TraceOptions) -> Located:
         return solve_branch_point(segment.colloc, x, t)
 
     guess = float(np.clip(a / (a - b), 0.05, 0.95)) if np.isfinite(a - b) and a != b else 0.5
-    found, tangent, bracket, spent = _attempts(segment, options, attempt, lambda frame: frame.branch_test[0], guess)
+    found, tangent, bracket, spent = attempts(segment, options, attempt, lambda frame: frame.branch_test[0], guess)
     event = _record(segment, options, "branch point", found, tangent, (a, b), bracket, spent)
     if event.special.status is Status.CONVERGED or event.gap:
         return event
@@ -309,49 +210,6 @@ def branch_point_from(segment: Segment, fraction: float, x: Columns, options: Tr
         return None
     event = _record(segment, options, "branch point", found, tangent, (a, b), (0.0, 1.0), found.iterations)
     return None if event.gap else event
-
-
-def _attempts(
-    segment: Segment, options: TraceOptions, attempt: Callable[[Columns, Columns], Augmented],
-    test: Callable[[Frame], float], guess: float,
-) -> tuple[Augmented, Columns, tuple[float, float], int]:  # fmt: skip
-    """Newton from the interpolated zero of the test function and, should that fail, from a bisected one.
-
-    Returns what was found, the tangent there, the bracket (fractions) and the Newton iterations spent.
-    """
-    tangent, bracket = segment.direction(guess), (0.0, 1.0)
-    found = attempt(segment.interpolate(guess), tangent)
-    spent = found.iterations
-    if not (found.converged and segment.holds(found.state)):
-        bracket, x, tangent, more = _bisect(segment, options, test)
-        found = attempt(x, tangent)
-        spent += more + found.iterations
-        if not (found.converged and segment.holds(found.state)):
-            found = replace(found, converged=False, state=x)
-    return found, tangent, bracket, spent
-
-
-def _bisect(
-    segment: Segment, options: TraceOptions, test: Callable[[Frame], float], cuts: int = 14
-) -> tuple[tuple[float, float], Columns, Columns, int]:
-    """Narrow the sign change of a test function by bisection on the curve itself."""
-    lo, hi, spent = 0.0, 1.0, 0
-    low_sign = np.sign(test(segment.left))
-    x, t = segment.interpolate(0.5), segment.direction(0.5)
-    for _ in range(cuts):
-        mid = (lo + hi) / 2
-        guess, normal = segment.interpolate(mid), segment.direction(mid)
-        result = newton(segment.colloc, guess, [plane(segment.colloc, normal, guess)], options.newton)
-        spent += len(result.corrections)
-        if not result.converged or result.factorization is None:
-            break
-        frame = replace(segment.left, tangent=normal).reached(result.state, result.factorization, segment.step)
-        x, t = result.state, frame.tangent
-        if np.sign(test(frame)) == low_sign:
-            lo = mid
-        else:
-            hi = mid
-    return (lo, hi), x, t, spent
 
 
 def _values(segment: Segment, name: str, value: float) -> tuple[float, float]:

@@ -129,7 +129,7 @@ def verified(
 ) -> Verification:
     """The record of what was checked."""
     known = [p.index is not None for p in points]
-    events = [x.status for x in special if x.kind in ("fold", "branch point")]
+    events = [x.status for x in special if not x.is_zero]
     weakness = [p.weakness for p in points if np.isfinite(p.weakness)]
     return Verification(
         len(points) - 1, sum(a and b for a, b in pairwise(known)), repeated,
@@ -162,7 +162,7 @@ def flipped(p: Point) -> Point:
 
 
 def flipped_special(x: SpecialPoint) -> SpecialPoint:
-    sign = -1.0 if x.kind in ("fold", "branch point") else 1.0
+    sign = 1.0 if x.is_zero else -1.0
     if x.multiplicity > 1:  # rays: forward and backward change places
         directions, nearby = ((*v[:2][::-1], *v[2:]) for v in (x.directions, x.nearby))
     else:

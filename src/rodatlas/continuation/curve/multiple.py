@@ -12,8 +12,8 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from rodatlas.continuation.curve.events import Segment
 from rodatlas.continuation.curve.options import TraceOptions
+from rodatlas.continuation.curve.segment import Segment
 from rodatlas.continuation.discrete.collocation import Collocation, Row, add
 from rodatlas.continuation.discrete.newton import NewtonOptions, newton, plane
 from rodatlas.continuation.discrete.random_fields import smooth_vectors

@@ -7,16 +7,10 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from rodatlas.continuation.curve.events import (
-    FOLD_NOISE,
-    Located,
-    Segment,
-    branch_point_from,
-    changes,
-    may_be_singular_twice,
-)
+from rodatlas.continuation.curve.events import branch_point_from, may_be_singular_twice
 from rodatlas.continuation.curve.multiple import TOGETHER, MultiplePoint, SingularPlace, search_places
 from rodatlas.continuation.curve.options import TraceOptions
+from rodatlas.continuation.curve.segment import FOLD_NOISE, Located, Segment, changes
 from rodatlas.continuation.discrete.collocation import Collocation, add, scaled
 from rodatlas.continuation.discrete.random_fields import smooth_vectors
 from rodatlas.continuation.linear.matrix import Columns
@@ -156,7 +150,7 @@ def _simple(
 
 def _belongs(event: Located, places: Sequence[SingularPlace], segment: Segment) -> bool:
     """Whether a fold is what the test functions made of a multiple branch point."""
-    if event.is_zero:
+    if not event.is_singular:
         return False
     if event.special.status is Status.CONVERGED:
         return any(abs(event.special.arclength - p.arclength) < TOGETHER for p in places)

@@ -7,6 +7,8 @@ from dataclasses import asdict, dataclass, field, fields, replace
 from numbers import Real
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+
 from rodatlas.continuation.checks import check_each, check_fields, check_type
 from rodatlas.continuation.discrete.mesh import MeshControl
 from rodatlas.continuation.discrete.newton import NewtonOptions
@@ -65,7 +67,9 @@ class TraceOptions:
     Attributes
     ----------
     bounds : free parameter or observable name -> (low, high); the branch ends exactly there.
-    zeros : free parameter or observable name -> value to be located along the way.
+    zeros : free parameter or observable name -> value to be located along the way, or a sequence of them.
+    extrema : free parameters or observables whose maxima and minima along the branch, or a locus, are located. (Those
+        of the continuation parameter are the folds.)
     locate : kinds of special points to detect.
     index : function of a solution that returns an integer (None: unknown) which changes by one at each simple fold
         and branch point (the Morse index of a variational problem); it is compared with the located events.
@@ -82,7 +86,8 @@ class TraceOptions:
     mesh: MeshControl = field(default_factory=MeshControl)
     newton: NewtonOptions = field(default_factory=NewtonOptions)
     bounds: Mapping[str, tuple[float, float]] = field(default_factory=dict)
-    zeros: Mapping[str, float] = field(default_factory=dict)
+    zeros: Mapping[str, float | Sequence[float]] = field(default_factory=dict)
+    extrema: tuple[str, ...] = ()
     locate: tuple[str, ...] = KINDS
     index: Callable[[Solution], int | None] | None = None
     stop_at: Callable[[SpecialPoint, Point], bool] | None = None
@@ -98,6 +103,7 @@ class TraceOptions:
         check_type("bounds", self.bounds, Mapping, "a mapping of names to (low, high)")
         check_type("zeros", self.zeros, Mapping, "a mapping of names to values")
         check_each("locate", self.locate, str, f"some of {KINDS}")
+        check_each("extrema", self.extrema, str, "a tuple of names of free parameters or observables")
         check_each("within", self.within, str, "a tuple of names of symmetries")
         check_fields(self, "max_points")
         for kind in self.locate:
@@ -107,8 +113,8 @@ class TraceOptions:
             if not _is_pair(pair) or not pair[0] < pair[1]:
                 raise ValueError(f"bounds: expected numbers low < high for '{name}', got {pair!r}")
         for name, value in self.zeros.items():
-            if not isinstance(value, Real):
-                raise ValueError(f"zeros: expected a number for '{name}', got {value!r}")
+            if not isinstance(value, Real) and not _are_numbers(value):
+                raise ValueError(f"zeros: expected a number, or a sequence of them, for '{name}', got {value!r}")
         if self.backend not in (None, "numba", "scipy"):
             raise ValueError(f"backend: expected 'numba', 'scipy' or None, got '{self.backend}'")
         if self.max_points < 1:
@@ -116,21 +122,31 @@ class TraceOptions:
         if self.newton.tolerance > 0.1 * self.mesh.tolerance:  # else no mesh could meet its own tolerance
             object.__setattr__(self, "newton", replace(self.newton, tolerance=0.1 * self.mesh.tolerance))
 
+    @property
+    def sought(self) -> tuple[tuple[str, float], ...]:
+        """All pairs of a name and one of the values to be located, each once."""
+        every = ((name, values if isinstance(values, Sequence | np.ndarray) else (values,))
+                 for name, values in self.zeros.items())  # fmt: skip
+        return tuple((name, float(value)) for name, values in every for value in dict.fromkeys(values))
+
     def check_names(self, bvp: BVP, free: Sequence[str]) -> None:
-        """Raise ValueError when a bound or zero is neither a free parameter nor an observable."""
+        """Raise ValueError when a bound, zero or extremum is not one of a free parameter or an observable."""
         known = [*free, *bvp.observables]
-        for field_name in ("bounds", "zeros"):
+        for field_name in ("bounds", "zeros", "extrema"):
+            among = known[1:] if field_name == "extrema" else known
             for name in getattr(self, field_name):
-                if name not in known:
-                    raise ValueError(f"{field_name}: expected one of {', '.join(known)}, got '{name}'")
+                if name not in among:
+                    folds = f": extrema of '{name}' are the folds" if name == known[0] else ""
+                    raise ValueError(f"{field_name}: expected one of {', '.join(among)}, got '{name}'{folds}")
 
     def settings(self) -> dict[str, Any]:
         """The options as plain values, for a record of the run (functions by name)."""
         plain: dict[str, Any] = {key: asdict(getattr(self, key)) for key in ("step", "mesh", "newton")}
         plain["mesh"]["intervals"] = list(self.mesh.intervals)
         plain["bounds"] = {name: [float(v) for v in pair] for name, pair in self.bounds.items()}
-        plain["zeros"] = {name: float(v) for name, v in self.zeros.items()}
-        plain["locate"], plain["within"] = list(self.locate), list(self.within)
+        plain["zeros"] = {name: [v for other, v in self.sought if other == name] for name in self.zeros}
+        for key in ("locate", "extrema", "within"):
+            plain[key] = list(getattr(self, key))
         for key in ("index", "stop_at"):
             function = getattr(self, key)
             plain[key] = None if function is None else getattr(function, "__qualname__", type(function).__name__)
@@ -139,3 +155,7 @@ class TraceOptions:
 
 def _is_pair(value: object) -> bool:
     return isinstance(value, Sequence) and len(value) == 2 and all(isinstance(v, Real) for v in value)
+
+
+def _are_numbers(value: object) -> bool:
+    return isinstance(value, Sequence | np.ndarray) and len(value) > 0 and all(isinstance(v, Real) for v in value)

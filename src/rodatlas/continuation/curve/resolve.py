@@ -29,7 +29,7 @@ def doubted(points: Sequence[Point], special: Sequence[SpecialPoint], doubts: Se
     if not doubts:
         return list(points), list(special)
 
-    zeros = [x.kind not in ("fold", "branch point") for x in special]
+    zeros = [x.is_zero for x in special]
     return (
         [replace(p, solution=marked(p.solution, p.arclength, doubts)) for p in points],
         [replace(x, solution=marked(x.solution, x.arclength, doubts)) if zero else x
@@ -52,11 +52,11 @@ def resolved(branch: Branch, frame: Frame, options: TraceOptions) -> Branch:
         left -= 1
         points[i] = replace(point, solution=_settled(point.solution, "", frame, options))
     for i, item in enumerate(special):
-        name = item.kind.removeprefix("zero of ")
+        name = item.name
         if control.accepts(item.solution.error) or item.status is Status.BRACKETED:
             continue
         solution = item.solution
-        if name != item.kind and left:
+        if item.is_zero and left:
             left -= 1
             solution = _settled(solution, name, frame, options)
         status = Status.CONVERGED if control.accepts(solution.error) else Status.UNRESOLVED
@@ -64,7 +64,7 @@ def resolved(branch: Branch, frame: Frame, options: TraceOptions) -> Branch:
     errors = [p.solution.error for p in points] + [x.solution.error for x in special]
     record = replace(
         branch.verification, unresolved=sum(not control.accepts(error) for error in errors),
-        converged=sum(x.status is Status.CONVERGED and x.kind in ("fold", "branch point") for x in special),
+        converged=sum(x.status is Status.CONVERGED and not x.is_zero for x in special),
     )  # fmt: skip
     return replace(branch, points=tuple(points), special=tuple(special), verification=record)
 

@@ -44,7 +44,7 @@ def rechecked(branch: Branch, frame: Frame, options: TraceOptions) -> Branch:
         special = [x for x in special if not low <= x.arclength <= high] + found
         discrepancies = [d for d in discrepancies if not _overlap(d.bracket, (low, high))]
     special.sort(key=lambda x: x.arclength)
-    events = [x.status for x in special if x.kind in ("fold", "branch point")]
+    events = [x.status for x in special if not x.is_zero]
     record = replace(
         record, retraced=len(places), cleared=cleared, converged=sum(s is Status.CONVERGED for s in events),
         bracketed=sum(s is Status.BRACKETED for s in events),
@@ -59,7 +59,7 @@ def rechecked(branch: Branch, frame: Frame, options: TraceOptions) -> Branch:
 def suspicious(branch: Branch) -> list[tuple[Point, Point]]:
     """Neighboring points of a branch between which something does not add up."""
     brackets = [d.bracket for d in branch.discrepancies]
-    doubtful = [x for x in branch.special if x.status is Status.BRACKETED and x.kind in ("fold", "branch point")]
+    doubtful = [x for x in branch.special if x.status is Status.BRACKETED and not x.is_zero]
     brackets += [(x.arclength, x.arclength) for x in doubtful]
     pairs = zip(branch.points[:-1], branch.points[1:], strict=True)
     return [

@@ -130,11 +130,12 @@ def trace(
 
 
 def _watched_values(frame: Frame, options: TraceOptions) -> dict[str, float]:
-    """What bounds and zeros refer to; a NaN would be neither inside nor outside."""
-    values = {name: frame.colloc.observable_row(name, frame.x)[0] for name in (*options.bounds, *options.zeros)}
+    """What bounds, zeros and extrema refer to; a NaN would be neither inside nor outside."""
+    names = (*options.bounds, *options.zeros, *options.extrema)
+    values = {name: frame.colloc.observable_row(name, frame.x)[0] for name in names}
     for name, value in values.items():
         if not np.isfinite(value):
-            raise ValueError(f"bounds, zeros: expected a finite value of '{name}' at the start, got {value}")
+            raise ValueError(f"bounds, zeros, extrema: expected a finite value of '{name}' at the start, got {value}")
     return values
 
 

@@ -12,9 +12,6 @@ from rodatlas.continuation.curve.bounds import Crossing, are_finite, crossed
 from rodatlas.continuation.curve.closing import passes
 from rodatlas.continuation.curve.doubt import Doubt, ErrorWatch
 from rodatlas.continuation.curve.events import (
-    EDGE,
-    Located,
-    Segment,
     explains,
     locate_events,
     may_be_singular_twice,
@@ -24,6 +21,7 @@ from rodatlas.continuation.curve.modes import adapted, measured_at, with_resolve
 from rodatlas.continuation.curve.multiple_events import told_apart
 from rodatlas.continuation.curve.options import TraceOptions
 from rodatlas.continuation.curve.point import Frame
+from rodatlas.continuation.curve.segment import EDGE, Located, Segment
 from rodatlas.continuation.curve.settle import across, settled
 from rodatlas.continuation.discrete.collocation import add, arc_length, arc_over_sine
 from rodatlas.continuation.discrete.mesh import ACCEPTED, monitor
@@ -180,7 +178,7 @@ class Walker:
         length = here.colloc.inner(here.tangent, add(result.state, (-1.0, here.x))) * arc_over_sine(cosine)
         frame = replace(frame, previous_step=length)
         iterations, first = len(result.corrections), result.corrections[0]
-        if not are_finite(frame.colloc, (*self.options.bounds, *self.options.zeros), frame.x):
+        if not are_finite(frame.colloc, (*self.options.bounds, *self.options.zeros, *self.options.extrema), frame.x):
             self.failure = NewtonCode.NOT_FINITE
             return None
         passed = self._crossed_bounds(frame)

@@ -7,12 +7,14 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from rodatlas.continuation.curve.events import dips
+from rodatlas.continuation.curve.segment import dips
 from rodatlas.continuation.discrete.collocation import add
 from rodatlas.continuation.locus.point import LocusFrame, Sought, correct, frame_at
 from rodatlas.continuation.locus.segment import LOCATED, Stretch, Test
+from rodatlas.continuation.locus.system import UNPROTECTED
 from rodatlas.continuation.results.branch import Status
 from rodatlas.continuation.results.locus import LocusEvent
+from rodatlas.continuation.singular.extremum import size_of, slope_along
 from rodatlas.continuation.singular.normal_form import cusp_form, fold_quadratic
 
 PITCHFORK = 1e-6  # quadratic coefficient below which a branch point is a pitchfork
@@ -25,9 +27,10 @@ ROUND_OFF = 1e-9  # values of a test function that mean nothing
 class Watched:
     """A test function, what its zero is called, and which parameter is extreme there.
 
-    singular : the equations of the locus are singular there; precise and smooth : tests for location, and for a pair
-        of zeros, where `test` has no value but a sign; on_points : on a locus of folds, the test function that vanishes
-        there along the locus of branch points that is met, whose equations are regular.
+    singular : the equations of the locus are singular there; noise : values that mean nothing; precise and smooth :
+        tests for location, and for a pair of zeros, where `test` has no value but a sign; on_points : on a locus of
+        folds, the test function that vanishes there along the locus of branch points that is met, whose equations are
+        regular.
     """
 
     kind: str
@@ -35,6 +38,7 @@ class Watched:
     what: str = ""
     parameter: str = ""
     singular: bool = False
+    noise: float = ROUND_OFF
     precise: Callable[[Stretch], Test] | None = None
     smooth: Test | None = None
     on_points: str = ""
@@ -56,19 +60,32 @@ def watched(stretch: Stretch, names: tuple[str, ...]) -> list[Watched]:
     their ratio.
     """
     found = [candidate for candidate in _candidates(stretch) if candidate.changes(stretch)]
-    turns = [turn for turn in _turns(names) if turn.changes(stretch)]
+    found += [extreme for extreme in _asked(stretch, names) if extreme.changes(stretch)]
+    turns = [turn for turn in _turns(stretch, names) if turn.changes(stretch)]
     if _CUSP not in found:
         return found + turns
     meeting = _meeting(stretch, len(turns))
     if meeting is not None:
         return [meeting if w is _CUSP else w for w in found]
     turned = [turn.parameter for turn in turns]
-    beside = [replace(turn, test=_beside_cusp(turn.test)) for turn in _turns(names) if turn.parameter not in turned]
+    beside = [replace(turn, test=_beside_cusp(turn.test)) for turn in _turns(stretch, names)
+              if turn.parameter not in turned]  # fmt: skip
     return found + beside
 
 
-def _turns(names: tuple[str, ...]) -> list[Watched]:
-    return [Watched("extremum", _component(i), "", name) for i, name in enumerate(names[:2])]
+def _plane(sought: Sought) -> int:
+    """How many parameters of a locus are no inner ones."""
+    return 3 if sought.kind == UNPROTECTED else 2
+
+
+def _turns(stretch: Stretch, names: tuple[str, ...]) -> list[Watched]:
+    return [Watched("extremum", _component(i), "", name) for i, name in enumerate(names[: _plane(stretch.sought)])]
+
+
+def _asked(stretch: Stretch, names: tuple[str, ...]) -> list[Watched]:
+    """The same for what else is asked for: inner free parameters and observables."""
+    return [Watched("extremum", _slope(n), "", n) for n in stretch.options.extrema
+            if n not in names[: _plane(stretch.sought)]]  # fmt: skip
 
 
 def _beside_cusp(test: Test) -> Test:
@@ -87,7 +104,8 @@ def with_sure_signs(stretch: Stretch, names: tuple[str, ...]) -> Stretch:
     event is then seen on one stretch.
     """
     right = stretch.right
-    near = [w for w in (*_candidates(stretch), *_turns(names)) if abs(w.test(right)) < 100 * right.noise]
+    every = (*_candidates(stretch), *_turns(stretch, names), *_asked(stretch, names))
+    near = [w for w in every if abs(w.test(right)) < 100 * right.noise]
     if not any(w.changes(stretch) for w in near):
         return stretch
     found = correct(stretch.sought, right, right.x, right.tangent, stretch.options, exact=True)
@@ -130,18 +148,21 @@ def _value(name: str) -> Test:
 _CUSP = Watched("cusp", _value("cusp"), "two folds meet")
 _QUADRATIC = Watched("coalescence", _value("quadratic"), "a fold of the side branch passes")
 _CRITICALITY = Watched("criticality", _value("criticality"), "super- and subcritical change")
+_PITCHFORK = Watched("pitchfork", _value("quadratic"), "the branch point is a pitchfork", noise=PITCHFORK)
 _TRUNK = Watched("coalescence", _value("trunk"), "the branch that is crossed has a fold")
 
 
 def _candidates(stretch: Stretch) -> list[Watched]:
     """What is watched on a locus of this kind, besides its turns."""
     zeros = [Watched(f"zero of {name}", _crossing(name, value), f"{name} = {value:g}")
-             for name, value in stretch.options.zeros.items()]  # fmt: skip
+             for name, value in stretch.options.sought]  # fmt: skip
     if stretch.sought.kind == "fold":
         return [_CUSP, _second_kernel("coalescence", "the fold meets a branch point", "trunk"), *zeros]
     if stretch.sought.kind == "branch point":
         other = _second_kernel("crossing", "another branch point at the same solution")
         return [_CRITICALITY if stretch.sought.pitchfork else _QUADRATIC, _TRUNK, other, *zeros]
+    if stretch.sought.kind == UNPROTECTED:
+        return [_PITCHFORK, _second_kernel("crossing", "another branch point at the same solution"), *zeros]
     return zeros
 
 
@@ -154,9 +175,15 @@ def crowded(stretch: Stretch, found: list[Watched]) -> bool:
     if _CUSP in found:
         return False
     left, right = _ends(stretch)
-    for i in range(2):
+    noise = 1e3 * max(left.noise, right.noise, ROUND_OFF)
+    for i in range(_plane(stretch.sought)):
         mean = (right.x.scalars[i] - left.x.scalars[i]) / stretch.step
-        if dips(left.tangent.scalars[i], right.tangent.scalars[i], mean, 1e3 * max(left.noise, right.noise, ROUND_OFF)):
+        if dips(left.tangent.scalars[i], right.tangent.scalars[i], mean, noise):
+            return True
+    for name in stretch.options.extrema:
+        mean = (right.value(name) - left.value(name)) / stretch.step / _size(right, name)
+        slope = _slope(name)
+        if dips(slope(left), slope(right), mean, noise):
             return True
     return False
 
@@ -174,7 +201,10 @@ def locate(stretch: Stretch, what: Watched, names: tuple[str, ...]) -> LocusEven
     if what.kind == "cusp":
         return replace(event, coefficients=cusp_form(at.colloc, at.x, at.border))
     if what.kind == "extremum":
-        return replace(event, what=_turn(stretch.sought, at, names.index(what.parameter)))
+        if what.parameter not in names[: _plane(stretch.sought)]:
+            kind = "maximum" if what.test(stretch.left) > 0 else "minimum"
+            return replace(event, what=f"a {kind} of {what.parameter} along the locus")
+        return replace(event, what=_turn(stretch.sought, at, names.index(what.parameter), what.parameter))
     return event
 
 
@@ -221,7 +251,7 @@ def _on_branch_points(stretch: Stretch, near: LocusFrame, name: str) -> LocusFra
     return None
 
 
-def _turn(sought: Sought, at: LocusFrame, parameter: int) -> str:
+def _turn(sought: Sought, at: LocusFrame, parameter: int, name: str) -> str:
     """What happens where a locus turns back in one of its parameters.
 
     On a locus of folds two branches in the other parameter touch: a curve of solutions shrinks to a point (the
@@ -229,6 +259,9 @@ def _turn(sought: Sought, at: LocusFrame, parameter: int) -> str:
     """
     if sought.kind == "branch point":
         return "two branch points meet and vanish"
+    if sought.kind == UNPROTECTED:  # its quadratic form is degenerate where the third parameter turns, and nowhere else
+        meet = "an isola center and a crossing of two branches meet and vanish"
+        return meet if parameter == 2 else f"the locus turns back in {name}"
     if sought.kind != "fold":
         return "two points of the branch with this value meet and vanish"
     form, force = fold_quadratic(at.colloc, at.x, at.border, along=1 - parameter, across=parameter)
@@ -270,3 +303,12 @@ def _determinant(stretch: Stretch) -> Test:
 
 def _component(i: int) -> Test:
     return lambda frame: float(frame.tangent.scalars[i])
+
+
+def _slope(name: str) -> Test:
+    """Derivative of an observable or inner parameter along the locus, in units of its gradient."""
+    return lambda frame: slope_along(frame.colloc, name, frame.x, frame.tangent) / _size(frame, name)
+
+
+def _size(frame: LocusFrame, name: str) -> float:
+    return size_of(frame.colloc.observable_row(name, frame.x)[1], frame.colloc) or 1.0

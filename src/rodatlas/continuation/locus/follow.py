@@ -15,13 +15,17 @@ from rodatlas.continuation.discrete.collocation import add, arc_length, free_ind
 from rodatlas.continuation.discrete.newton import NewtonCode
 from rodatlas.continuation.locus.double_zeros import cut_between
 from rodatlas.continuation.locus.events import PITCHFORK, crowded, locate, watched, with_sure_signs
+from rodatlas.continuation.locus.extremum import follow_extremum
 from rodatlas.continuation.locus.point import LocusFrame, Sought, adapted, correct, density_of, error_of, on_mesh
 from rodatlas.continuation.locus.segment import Stretch
 from rodatlas.continuation.locus.settle import first_frame, resolved, resolved_event, settled
+from rodatlas.continuation.locus.system import UNPROTECTED
+from rodatlas.continuation.locus.unprotected import branch_point_of, is_near
 from rodatlas.continuation.problem.bvp import BVP
 from rodatlas.continuation.results.branch import EndReason, SpecialPoint, Status
 from rodatlas.continuation.results.locus import Locus, LocusEvent, LocusPoint
 from rodatlas.continuation.singular.bordered import norm_of, overlap
+from rodatlas.continuation.singular.extremum import KIND as EXTREMUM
 
 ALIGNED = 0.5  # cosine of the largest turn of a kernel vector on one step
 AT_CUSP = 1e-4  # arclength from a cusp within which a parameter is not told to be extreme: there all of them turn
@@ -31,16 +35,23 @@ SMOOTH = 0.05  # the chord of a step may differ by this share from the mean of t
 
 
 def follow_locus(
-    bvp: BVP, start: SpecialPoint, free: Sequence[str], options: TraceOptions | None = None, *, both: bool = True
-) -> Locus:
-    """Follow a fold, a branch point or a zero of an observable in two parameters.
+    bvp: BVP, start: SpecialPoint | LocusEvent, free: Sequence[str], options: TraceOptions | None = None, *,
+    both: bool = True,
+) -> Locus:  # fmt: skip
+    """Follow a fold, a branch point, or a zero or extremum of an observable in two parameters.
+
+    A branch point that nothing protects exists at single points of the plane only, as where two branches merge and
+    split: it is followed in three parameters.
 
     Parameters
     ----------
-    start : a located fold or branch point, or a zero of a free parameter or observable, whose value is kept.
-    free : bvp.n_free + 1 names: the parameter in which it was found, the second one, then any inner ones.
-    options : bounds, zeros, steps, mesh and `within` as for branches; `locate` and `index` are not used. Of a pitchfork
-        the solutions are kept `within`, not the side branch.
+    start : a located fold, branch point or extremum, or a zero of a free parameter or observable, whose value is kept;
+        with three parameters also an event of a locus of folds that is a branch point, such as an 'extremum' in the
+        second parameter.
+    free : bvp.n_free + 1 names: the parameter in which it was found, the second one, then any inner ones; one name more
+        for a branch point in three parameters, which come first.
+    options : bounds, zeros, extrema, steps, mesh and `within` as for branches; `locate` and `index` are not used. Of a
+        pitchfork the solutions are kept `within`, not the side branch.
     both : follow both directions.
 
     Raises
@@ -54,19 +65,24 @@ def follow_locus(
         `locus`, whose end there is `EndReason.INTERRUPTED`.
     """
     check_type("bvp", bvp, BVP, "a BVP")
-    check_type("start", start, SpecialPoint, "a special point of a branch")
+    check_type("start", start, (SpecialPoint, LocusEvent), "a special point of a branch or locus")
     check_each("free", free, str, "names of parameters such as ('lam', 'mu')")
-    sought = Sought.of(start)
     names = list(dict.fromkeys(free))
-    if len(names) != bvp.n_free + 1:
+    unprotected = len(names) == bvp.n_free + 2
+    if isinstance(start, LocusEvent):
+        start = branch_point_of(start, unprotected)
+    if len(names) != bvp.n_free + 1 and not (unprotected and start.kind == "branch point"):
         raise ValueError(f"free: expected {bvp.n_free + 1} parameter names for a locus, got {list(free)}")
     options = options or TraceOptions()
+    if start.kind.startswith(EXTREMUM):
+        return follow_extremum(follow_locus, bvp, start, names, options, both)
+    sought = Sought(UNPROTECTED) if unprotected else Sought.of(start)
     index = [bvp.parameter_index(name) for name in names]
-    free_indices(bvp, [names[0], *names[2:]])
+    free_indices(bvp, [names[0], *names[3 if unprotected else 2 :]])
     options.check_names(bvp, names)
     _check_inside(start, options)
     frame = first_frame(bvp, sought, start, index, options)
-    if frame is None:
+    if frame is None or (unprotected and not is_near(frame, start)):
         raise NotConverged(NewtonCode.SLOW, f"start of the locus at {start!r}")
     if sought.kind == "branch point":
         sought = replace(sought, pitchfork=_is_pitchfork(sought, frame, options))
@@ -271,7 +287,7 @@ class _Walk:
     def _landed(self, frame: LocusFrame, step: float) -> Stretch | None:
         """The step as a stretch, cut exactly at the first bound that it crosses; None when that fails."""
         stretch = Stretch(self.sought, self.frame, frame, step, self.arclength, self.options)
-        if not are_finite(frame.colloc, (*self.options.bounds, *self.options.zeros), frame.x):
+        if not are_finite(frame.colloc, (*self.options.bounds, *self.options.zeros, *self.options.extrema), frame.x):
             return None
         passed = self._crossed(frame)
         if passed and passed[0][0] <= 0.0:  # the present point lies on a bound

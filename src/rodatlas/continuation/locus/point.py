@@ -45,7 +45,7 @@ class Sought:
         if start.kind in KINDS:
             return cls(start.kind)
         if not start.kind.startswith("zero of "):
-            raise ValueError(f"start: expected a fold, a branch point or a zero, got a {start.kind}")
+            raise ValueError(f"start: expected a fold, a branch point, an extremum or a zero, got a {start.kind}")
         name = start.kind.removeprefix("zero of ")
         return cls(start.kind, name, start.solution[name])
 

@@ -9,6 +9,7 @@ import numpy as np
 from rodatlas.continuation.discrete.collocation import Collocation
 from rodatlas.continuation.discrete.random_fields import smooth_load, smooth_vectors
 from rodatlas.continuation.linear.matrix import Columns
+from rodatlas.continuation.locus.system import scalars_of
 from rodatlas.continuation.singular.bordered import Border, BorderedSystem, left_column, unit
 from rodatlas.continuation.singular.smallest import orthonormal
 
@@ -19,8 +20,7 @@ def kernel_border(kind: str, colloc: Collocation, x: Columns) -> Border | None:
     The bordered matrix with random rows and column is regular with probability one, and its solutions span the
     kernel: no iteration is needed.
     """
-    inner = list(range(2, len(colloc.free)))
-    scalars = inner if kind == "fold" else [0, *inner]
+    scalars = scalars_of(kind, len(colloc.free))
     count = 1 if kind == "fold" else 2
     rng = np.random.default_rng(17)
     rows = []

@@ -1,4 +1,4 @@
-r"""Folds and branch points in two parameters: the linear problem behind one Newton step along their locus.
+r"""Folds and branch points in two or three parameters: the linear problem behind one Newton step along their locus.
 
 Free parameters are (lambda, mu, inner ones): lambda is the parameter of the branches on which the points lie, mu the
 second one. Every correction is a combination
@@ -17,6 +17,10 @@ of solutions of one bordered system, with three coefficients that two conditions
   lambda alone; the conditions g_1 = g_2 = 0. Where two branch points meet, g_1 no longer determines the motion along
   phi, which is zero by symmetry: a small weight on it keeps the system regular there. The artificial unknown stays
   zero as long as the branch point persists.
+
+* Branch point that nothing protects: it has codimension two, and goes along a third parameter nu. With F' as before the
+  directions are :math:`(-F'^{-1}F_\mu, 1, 0), (-F'^{-1}F_\nu, 0, 1)` and two kernel vectors, with one coefficient
+  more; that no share of b is left over takes the place of the artificial unknown.
 
 One factorization serves all solves of a step (Govaerts 2000, chapters 4 and 8). Loci of a prescribed value of an
 observable are in `value.py`.
@@ -43,7 +47,8 @@ from rodatlas.continuation.singular.bordered import (
     unit_vector,
 )
 
-KINDS = ("fold", "branch point")
+UNPROTECTED = "unprotected branch point"
+KINDS = ("fold", "branch point", UNPROTECTED)
 HOLD = 1e-4  # weight of 'no motion along the last direction' in units of the largest other; it matters only where
 # nothing else holds it, and would slow Newton's method down if all others were smaller (large forces: by 1e-3 and more)
 
@@ -55,8 +60,9 @@ class Local:
     """The linear problem at one state.
 
     base : y_0, base_b : its share of the column; directions : d_1 .. d_3 and shares (3,); conditions (2, 3) and
-    values (2,) with conditions @ a = values; border : better borders for the next step; measure : evaluates the test
-    functions, with the weakest direction of a point near by or None; hold : weight of a_3 = 0.
+    values (2,) with conditions @ a = values (at an unprotected branch point one more of each); border : better borders
+    for the next step; measure : evaluates the test functions, with the weakest direction of a point near by or None;
+    hold : weight of a_3 = 0.
     """
 
     base: Columns
@@ -80,7 +86,8 @@ class Local:
     def tangent(self, colloc: Collocation, along: Columns) -> Columns | None:
         """Unit tangent of the locus with <tangent, along> > 0."""
         row = np.array([colloc.inner(along, d) for d in self.directions])
-        found = self._combine(np.vstack([self.conditions, row]), np.array([0.0, 0.0, 1.0]), scaled(self.base, 0.0), 0.0)
+        right = np.append(np.zeros(len(self.values)), 1.0)
+        found = self._combine(np.vstack([self.conditions, row]), right, scaled(self.base, 0.0), 0.0)
         return None if found is None else unit_vector(colloc, found[0])
 
     def null_vector(self, colloc: Collocation) -> Columns:
@@ -120,12 +127,20 @@ def local_problem(kind: str, colloc: Collocation, x: Columns, border: Border, be
     lin = colloc.linearize(x)
     if not lin.is_finite:
         return None
+    if kind == UNPROTECTED:
+        return _unprotected(colloc, x, lin, border)
     return _fold(colloc, x, lin, border) if kind == "fold" else _branch_point(colloc, x, lin, border, beta)
 
 
+def scalars_of(kind: str, count: int) -> list[int]:
+    """Which of the free parameters, by number, the matrix of a kind of points has columns of."""
+    if kind == "fold":
+        return list(range(2, count))
+    return [0, *range(3 if kind == UNPROTECTED else 2, count)]
+
+
 def _fold(colloc: Collocation, x: Columns, lin: Linearization, border: Border) -> Local | None:
-    inner = list(range(2, len(colloc.free)))
-    b = Bordered(colloc, lin, border, inner)
+    b = Bordered(colloc, lin, border, scalars_of("fold", len(colloc.free)))
     if b.is_singular:
         return None
     phi, g = b.solve(None, [1.0], {})
@@ -149,7 +164,7 @@ def _fold(colloc: Collocation, x: Columns, lin: Linearization, border: Border) -
 
 
 def _branch_point(colloc: Collocation, x: Columns, lin: Linearization, border: Border, beta: float) -> Local | None:
-    b = Bordered(colloc, lin, border, [0, *range(2, len(colloc.free))])
+    b = Bordered(colloc, lin, border, scalars_of("branch point", len(colloc.free)))
     if b.is_singular:
         return None
     (p1, h1), (p2, h2) = b.solve(None, [1.0, 0.0], {}), b.solve(None, [0.0, 1.0], {})
@@ -180,6 +195,31 @@ def _branch_point(colloc: Collocation, x: Columns, lin: Linearization, border: B
         Border(_orthonormal(colloc, v1, v2), left_column(colloc, psi)), measure,
         HOLD * largest,
     )  # fmt: skip
+
+
+def _unprotected(colloc: Collocation, x: Columns, lin: Linearization, border: Border) -> Local | None:
+    b = Bordered(colloc, lin, border, scalars_of(UNPROTECTED, len(colloc.free)))
+    if b.is_singular:
+        return None
+    (v1, g1), (v2, g2) = b.solve(None, [1.0, 0.0], {}), b.solve(None, [0.0, 1.0], {})
+    (along_mu, share_mu), (along_nu, share_nu) = (b.solve(lin.column(i), [0.0, 0.0], {i: 1.0}) for i in (1, 2))
+    base, share = b.solve(lin.residual, [0.0, 0.0], {})
+    psi = b.left()
+    gradients = [scaled(colloc.second(x, v, psi), -1.0) for v in (v1, v2)]
+    directions = (along_mu, along_nu, v1, v2)
+    shares = np.array([share_mu, share_nu, g1, g2])
+    conditions = np.vstack([shares, [[w.dot(d) for d in directions] for w in gradients]])
+    values = np.array([-share, *(-g - w.dot(base) for g, w in zip((g1, g2), gradients, strict=True))])
+
+    def measure(near: Columns | None) -> Tests:
+        cosine, sine = _turn(float(v1.scalars[0]), float(v2.scalars[0]))
+        upright = add(scaled(v2, cosine), (-sine, v1))
+        gradient = add(scaled(gradients[1], cosine), (-sine, gradients[0]))
+        quadratic = -gradient.dot(upright) / (colloc.norm(upright) ** 2 * norm_of(psi))
+        return b.tests({"quadratic": quadratic}, near)
+
+    new = Border(_orthonormal(colloc, v1, v2), left_column(colloc, psi))
+    return Local(base, share, directions, shares, conditions, values, new, measure)
 
 
 def _turn(l1: float, l2: float) -> tuple[float, float]:

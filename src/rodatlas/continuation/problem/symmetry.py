@@ -8,7 +8,7 @@ from __future__ import annotations
 import ast
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -116,6 +116,11 @@ class Action:
     @property
     def is_identity(self) -> bool:
         return not self.reverse and bool(np.abs(self.matrix - np.eye(len(self.matrix))).max() < 1e-9)
+
+    def with_parameter(self) -> Action:
+        """The same with one more parameter, the last one, which it leaves alone."""
+        k = len(self.matrix) - 1
+        return replace(self, matrix=np.insert(np.insert(self.matrix, k, 0.0, axis=0), k, np.eye(k + 2)[k], axis=1))
 
     def unknowns(self, u: np.ndarray, p: np.ndarray) -> np.ndarray:
         """Images of unknowns (..., n) at parameters (np,) or (..., np); the argument s is the caller's."""

@@ -15,6 +15,8 @@ from rodatlas.continuation.results.labels import LABELS
 from rodatlas.continuation.results.verification import Discrepancy, Verification
 
 if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
     from rodatlas.continuation.discrete.collocation import Scale
     from rodatlas.continuation.discrete.newton import NewtonCode
     from rodatlas.continuation.linear.matrix import Columns
@@ -34,7 +36,10 @@ class EndReason(Enum):
         "that change by much more than one"
     )
     CRITICALITY = "ends where a pitchfork changes between super- and subcritical"
-    UNFOLDED = "the branch point does not persist: it needs a symmetry or a branch that the second parameter breaks"
+    UNFOLDED = (
+        "the branch point does not persist: it needs a symmetry or a branch that the second parameter breaks; follow "
+        "it in three parameters"
+    )
     ROUND_OFF = "round-off: forces or kernels are too large to be known better, on any mesh"
     MIN_STEP = "the step became too small: loosen the tolerance, allow more intervals or a smaller minimum step"
     MESH_LIMIT = "the tolerance needs more intervals than allowed: raise intervals or loosen the tolerance"
@@ -94,9 +99,10 @@ class NormalForm:
 
     Attributes
     ----------
-    kind : 'fold', 'transcritical', 'pitchfork', 'isolated' (no other curve passes: an isola center) or 'degenerate'.
-    slope, bend : coefficients, in units of the parameter; of the branch itself at a fold, of the side branch at a
-        pitchfork, of the other branch at a transcritical point.
+    kind : 'fold', 'transcritical', 'pitchfork', 'isolated' (no other curve passes: an isola center) or 'degenerate'; of
+        an extremum 'maximum' or 'minimum', with the observable in the place of the parameter.
+    slope, bend : coefficients, in units of the parameter; of the branch itself at a fold or extremum, of the side
+        branch at a pitchfork, of the other branch at a transcritical point.
     """
 
     kind: str
@@ -106,11 +112,11 @@ class NormalForm:
 
 @dataclass(frozen=True, eq=False)
 class SpecialPoint:
-    """A fold, branch point or user zero, with the record of how it was found.
+    """A fold, branch point, user zero or extremum, with the record of how it was found.
 
     Attributes
     ----------
-    kind : 'fold', 'branch point', or 'zero of NAME'.
+    kind : 'fold', 'branch point', 'zero of NAME', or 'extremum of NAME'.
     status : CONVERGED when Newton on the augmented system converged inside the bracket and the error is accepted,
         UNRESOLVED when no allowed mesh brought it there, else BRACKETED.
     bracket : arclengths of the two points between which the test function changes sign.
@@ -119,7 +125,7 @@ class SpecialPoint:
     residual : size of the last Newton correction of the augmented system, scaled.
     curvature : for a fold, second derivative of the continuation parameter along the branch, scaled.
     directions : tangents through a branch point: along this branch, and along the other one; at a multiple branch
-        point the unit tangents of all rays that leave it, see `rays`.
+        point the unit tangents of all rays that leave it, see `rays`; also of an extremum that is a branch point.
     free, scale : free parameters and units that `directions` refer to.
     turns : whether the continuation parameter is extreme here: at a fold, and at a pitchfork met along its side.
     normal_form : NormalForm, None when it was not computed.
@@ -184,9 +190,24 @@ class SpecialPoint:
         return "supercritical" if ahead == (after > before) else "subcritical"
 
     @property
+    def name(self) -> str:
+        """The observable or parameter that has a value, or is extreme, here; '' at a fold or branch point."""
+        return self.kind.partition(" of ")[2]
+
+    @property
+    def is_zero(self) -> bool:
+        """Whether only a value is reached: all other kinds have test functions and a mesh of their own."""
+        return self.kind.startswith("zero of ")
+
+    @property
+    def is_branch_point(self) -> bool:
+        """Whether it is a branch point, or an extremum at one: a side branch is its own mirror image there."""
+        return self.kind == "branch point" or bool(self.directions)
+
+    @property
     def label(self) -> str:
         """Short label for plots."""
-        return LABELS.get(self.kind, LABELS["zero"])
+        return LABELS[self.kind.partition(" of ")[0]]
 
     def __repr__(self) -> str:
         kind = self.kind
@@ -263,6 +284,15 @@ class Branch:
 
     def of_kind(self, kind: str) -> tuple[SpecialPoint, ...]:
         return tuple(x for x in self.special if x.kind == kind)
+
+    def plot(self, x: str, y: str, ax: Axes | None = None, **style: Any) -> Axes:
+        """Draw in the plane of two parameters or observables, see :func:`rodatlas.plot.draw_branch`.
+
+        >>> ax = branch.plot("lam", "mean")
+        """
+        from rodatlas.plot.branches import draw_branch
+
+        return draw_branch(self, x, y, ax=ax, **style)
 
     def to_frame(self) -> Table:
         """One row per point and special point: label, arclength, parameters, observables, error, index."""

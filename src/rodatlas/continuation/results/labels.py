@@ -1,3 +1,3 @@
 """The one table of short labels, used in plots and tables only."""
 
-LABELS = {"fold": "LP", "branch point": "BP", "zero": "UZ"}
+LABELS = {"fold": "LP", "branch point": "BP", "zero": "UZ", "extremum": "EX"}

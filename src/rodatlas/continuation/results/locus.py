@@ -13,6 +13,8 @@ from rodatlas.continuation.discrete.solution import Solution
 from rodatlas.continuation.results.branch import EndReason, Status
 
 if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
     from rodatlas.continuation.discrete.collocation import Scale
     from rodatlas.continuation.table import Table
 
@@ -47,8 +49,9 @@ class LocusEvent:
     ----------
     kind : 'cusp' (two folds meet), 'criticality' (a pitchfork changes between super- and subcritical; a locus of folds
         ends there), 'coalescence' (a fold meets a branch point), 'crossing' (another branch point at the same
-        solution), 'extremum' (the locus turns back in `parameter`), or 'zero of NAME'.
-    parameter : name of the parameter that is extreme, or ''.
+        solution), 'pitchfork' (a branch point that nothing protects is one), 'extremum' (the locus turns back in
+        `parameter`, or an observable is extreme on it), or 'zero of NAME'.
+    parameter : name of the parameter or observable that is extreme, or ''.
     status : CONVERGED when the test function was brought to zero, else BRACKETED; UNRESOLVED when it was, but on the
         finest mesh allowed the error exceeds ten times the tolerance.
     bracket : arclengths between which it lies; test : value of the test function at the solution.
@@ -73,11 +76,12 @@ class LocusEvent:
 
 @dataclass(frozen=True, eq=False)
 class Locus:
-    """A curve of folds, branch points or values of an observable in the plane of two parameters.
+    """A curve of folds, branch points, or values or extrema of an observable in the plane of two parameters.
 
     Attributes
     ----------
-    kind : 'fold', 'branch point' or 'zero of NAME'.
+    kind : 'fold', 'branch point', 'zero of NAME', 'extremum of NAME', or 'unprotected branch point' (in three
+        parameters).
     free : names of the free parameters, the two of the plane first.
     points : tuple of LocusPoint; events : tuple of LocusEvent; both in order of arclength.
     ends : reasons at the two ends.
@@ -135,6 +139,12 @@ class Locus:
         from rodatlas.continuation.store.locus import load_locus
 
         return load_locus(path)
+
+    def plot(self, x: str | None = None, y: str | None = None, ax: Axes | None = None) -> Axes:
+        """Draw in the plane of its parameters, or of what is named, see :func:`rodatlas.plot.draw_locus`."""
+        from rodatlas.plot.branches import draw_locus
+
+        return draw_locus(self, x, y, ax=ax)
 
     def to_frame(self) -> Table:
         """One row per point and special point: event, arclength, parameters, observables, error."""

@@ -55,7 +55,7 @@ class Verification:
     repeated : steps that were taken again shorter, because something might have hidden on them.
     retraced : suspicious intervals that were traced again with much smaller steps.
     cleared : those of them on which everything then added up.
-    converged, bracketed : folds and branch points by status.
+    converged, bracketed : folds, branch points and extrema by status.
     least_singular : smallest singular value of the bordered matrix at a computed point, scaled.
     untrusted : arclength intervals on which the determinant was found to be round-off.
     unresolved : points and special points whose estimated error exceeds ten times the tolerance, or is not known
@@ -82,7 +82,7 @@ class Verification:
     def __str__(self) -> str:
         index = f"index compared on {self.indexed}" if self.indexed else "no index was given"
         parts = [f"{self.steps} steps, {self.repeated} of them repeated shorter; {index}"]
-        parts += [f"{self.converged} folds and branch points converged, {self.bracketed} only bracketed"]
+        parts += [f"{self.converged} folds, branch points and extrema converged, {self.bracketed} only bracketed"]
         parts += [f"smallest singular value {self.least_singular:.1e}"]
         if self.retraced:
             parts += [f"{self.retraced} intervals traced again, {self.cleared} cleared"]
