@@ -91,7 +91,7 @@ def _second_look(
     start, spent = with_resolved_mode(start, closer)
     if start.tangent.scalars @ left.tangent < 0:
         start = start.reversed()
-    walker, found = Walker(start, closer), list[SpecialPoint]()
+    walker, found = Walker(start, closer, looks_back=False), list[SpecialPoint]()
     walker.newton_iterations += spent
     for taken in walker:
         if taken.discrepancy is not None:

@@ -32,6 +32,7 @@ from rodatlas.continuation.results.verification import NEARLY_SINGULAR, ROUND_OF
 from rodatlas.continuation.symmetric.isotropy import with_symmetry
 
 ON_BOUND = 1e-12  # distance from a bound, relative to it or to one, within which a point lies on it
+FORGETS = 0.8  # of the usual step, with every step taken
 VAGUE = 0.15  # relative error of the distance at which a branch point is seen, at most
 
 
@@ -69,10 +70,12 @@ class Walker:
     options : TraceOptions
     arclength : float
         of the start.
+    looks_back : whether branch points seen behind have to be among those located; one that is not may also be the
+        shape of the curve, which only a walk with much shorter steps can tell.
     """
 
-    def __init__(self, frame: Frame, options: TraceOptions, arclength: float = 0.0):
-        self.options = options
+    def __init__(self, frame: Frame, options: TraceOptions, arclength: float = 0.0, looks_back: bool = True):
+        self.options, self._looks_back = options, looks_back
         self.start = frame
         self.frame = frame
         self.end: EndReason | None = None
@@ -81,6 +84,7 @@ class Walker:
         self._first = self._point(frame, arclength, 0, 0.0)
         self.last = self._first
         self._step = options.step.initial
+        self._usual = 0.0  # steps that were tried of late: near a multiple point they get shorter and shorter
         self._folds = 0
         self._count = 0
         self._early: set[str] = set()
@@ -138,8 +142,9 @@ class Walker:
                 events, known = locate_events(segment, self.options), False
                 self.newton_iterations += sum(e.iterations for e in events)
                 first = first or step  # the longest one that could be corrected
-                is_long = step > max(finest, first / 8)
-                keep_off = step > max(finest, first / 10) and not trial.at_bound
+                self._usual = max(self._usual, first)
+                is_long = step > max(finest, self._usual / 8)
+                keep_off = step > max(finest, self._usual / 100) and not trial.at_bound
                 verdict = told_apart(segment, events, self.options, self._passed, is_long, keep_off)
                 events, known, crowded = verdict.events, verdict.known, verdict.shorten
                 point = self._point(trial.frame, self.last.arclength + trial.length, trial.iterations, trial.length)
@@ -151,6 +156,7 @@ class Walker:
                     if any(e.is_round_off for e in events):
                         events = [e for e in events if not e.is_round_off]
                         discrepancy = self._record(point, tuple(e.special.kind for e in events if e.flips), ROUND_OFF)
+                    self._usual *= FORGETS
                     self._step = control.next_step(step, trial.first_correction, trial.iterations)
                     accepted = self._accept(segment, point, events, discrepancy, trial.at_bound)
                     return replace(accepted, repeated=step < first)
@@ -338,6 +344,8 @@ class Walker:
         Places at a distance are known to first order only: what was not seen ahead too, at the last look (`before`), is
         no branch point but the shape of the curve, and those close to the end of the window may lie ahead.
         """
+        if not self._looks_back:
+            return True
         known = [x.arclength for x in self._singular for _ in range(x.multiplicity)]
         here, back = self.last.arclength, self.last.arclength - self._window[0].arclength
         for distance in sorted(-d for d in expected if d < 0):
