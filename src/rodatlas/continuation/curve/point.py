@@ -73,9 +73,9 @@ class Frame:
         new = old.on(mesh)
         carry = old.carrier(new)
         previous, weakest = (carry(v) if v is not None else None for v in (self.previous, self.weakest))
-        return replace(
-            self, colloc=new, x=carry(self.x), tangent=carry(self.tangent), previous=previous, weakest=weakest
-        )
+        x, tangent = carry(self.x), carry(self.tangent)
+        new.hold(x, new.phase, tangent)
+        return replace(self, colloc=new, x=x, tangent=tangent, previous=previous, weakest=weakest)
 
 
 def unit_tangent(colloc: Collocation, fac: Factorization, along: Columns) -> Columns:

@@ -11,6 +11,7 @@ import numpy as np
 from rodatlas.continuation.curve.damped import approached
 from rodatlas.continuation.curve.join import is_finite
 from rodatlas.continuation.curve.options import TraceOptions
+from rodatlas.continuation.curve.orbit import phased
 from rodatlas.continuation.curve.point import Frame, first_frame
 from rodatlas.continuation.curve.settle import across, at_own_parameter, settled
 from rodatlas.continuation.discrete.collocation import Collocation, Scale, free_indices
@@ -63,12 +64,28 @@ def first_state(
     by_hand = not np.isfinite(guess.error)  # from a computed solution a step that is too long should fail
     while True:
         try:
-            return _settled_start(bvp, guess, indices, options, scale, by_hand)
+            return _on_orbit(bvp, guess, indices, options, scale, by_hand)
         except NotConverged as error:
             finer = MORE * guess.intervals
             if not by_hand or error.code is not EndReason.UNREFINED or finer > options.mesh.intervals[1]:
                 raise
         guess = guess.remesh(np.interp(np.arange(finer + 1) / MORE, np.arange(guess.intervals + 1), guess.mesh))
+
+
+def _on_orbit(
+    bvp: BVP, guess: Solution, free: list[int], options: TraceOptions, scale: Scale, by_hand: bool
+) -> Frame:
+    """The first frame, with as many phase conditions as the solution needs, which may be less than the guess does."""
+    inside, indices = phased(bvp, guess, free, scale)
+    while True:
+        frame = _settled_start(inside, guess, indices, options, scale, by_hand)
+        if not inside.phases:
+            return frame
+        solution, before = frame.colloc.solution(frame.x, frame.error), inside.phases
+        inside, indices = phased(bvp, solution, free, scale)
+        if inside.phases >= before:
+            return frame
+        guess = solution
 
 
 def _settled_start(

@@ -10,6 +10,7 @@ import numpy as np
 from rodatlas.continuation.checks import check_each, check_type
 from rodatlas.continuation.curve.join import Guard, Half, joined
 from rodatlas.continuation.curve.options import TraceOptions
+from rodatlas.continuation.curve.orbit import bare
 from rodatlas.continuation.curve.point import Frame
 from rodatlas.continuation.curve.resolve import resolved
 from rodatlas.continuation.curve.retrace import rechecked
@@ -152,7 +153,7 @@ def follow(
     """
     check_type("frame", frame, Frame, "a frame: see `trace` for runs from a Solution")
     check_type("options", options, TraceOptions, "TraceOptions")
-    guard = Guard()
+    guard, bvp = Guard(), frame.colloc.bvp
     watched = guard.options(options)
     forward, backward = Half(Walker(frame, watched, arclength)), None
     try:
@@ -161,8 +162,10 @@ def follow(
             backward = Half(Walker(frame.reversed(), watched, -arclength))
             backward.walk(guard, options)
     except BaseException as error:
-        error.branch = joined(frame, options, forward, backward, EndReason.INTERRUPTED if both else start)  # type: ignore[attr-defined]
+        part = joined(frame, options, forward, backward, EndReason.INTERRUPTED if both else start)
+        error.branch = bare(part, bvp)  # type: ignore[attr-defined]
         raise
     if both and backward is None:
         start = EndReason.CLOSED
-    return resolved(rechecked(joined(frame, options, forward, backward, start), frame, options), frame, options)
+    whole = joined(frame, options, forward, backward, start)
+    return bare(resolved(rechecked(whole, frame, options), frame, options), bvp)

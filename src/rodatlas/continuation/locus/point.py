@@ -209,9 +209,9 @@ def on_mesh(frame: LocusFrame, mesh: np.ndarray) -> LocusFrame:
     tests = replace(frame.tests, weakest=weakest if weakest is None else carry(weakest))
     vectors = tuple(carry(v) for v in frame.border.vectors)
     border = Border(vectors, _carried_column(frame, new))
-    return replace(
-        frame, colloc=new, x=carry(frame.x), tangent=carry(frame.tangent), border=border, tests=tests, behind=behind
-    )
+    x, tangent = carry(frame.x), carry(frame.tangent)
+    new.hold(x, new.phase, tangent)
+    return replace(frame, colloc=new, x=x, tangent=tangent, border=border, tests=tests, behind=behind)
 
 
 def _carried_column(frame: LocusFrame, new: Collocation) -> Blocks:

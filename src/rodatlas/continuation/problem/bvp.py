@@ -12,7 +12,8 @@ from typing import Any
 import numpy as np
 
 from rodatlas.continuation.linear.sparsity import strong_components
-from rodatlas.continuation.problem.symmetry import Symmetry, checked
+from rodatlas.continuation.problem.continuous import ContinuousSymmetry, Generator, generators
+from rodatlas.continuation.problem.symmetry import Symmetry, checked, check_names, widened
 
 
 class Named:
@@ -109,9 +110,10 @@ class BVP:
     scales : mapping of str to float
         typical size of unknowns and parameters; it enters the arclength norm. Missing unknowns are scaled by
         the first solution of a run, missing parameters by one.
-    symmetries : sequence of Symmetry
-        maps of solutions to solutions, tested here; attributes `symmetries` (by name) and `gauges` hold them as
-        :class:`rodatlas.continuation.problem.symmetry.Action`.
+    symmetries : sequence of Symmetry and ContinuousSymmetry
+        maps of solutions to solutions, tested here; attributes `symmetries` (by name) and `gauges` hold the discrete
+        ones as :class:`rodatlas.continuation.problem.symmetry.Action`, `generators` the continuous ones. Where a state
+        breaks one of these, a phase condition is added that holds one member of its orbit.
     identities : callable
         `identities(u, p)` returns what vanishes all along every solution, such as the length of a quaternion minus
         one; symmetries have to hold only where it does.
@@ -138,7 +140,7 @@ class BVP:
         parameters: Mapping[str, float] | None = None,
         observables: Mapping[str, Observable] | None = None,
         scales: Mapping[str, float] | None = None,
-        symmetries: Sequence[Symmetry] = (),
+        symmetries: Sequence[Symmetry | ContinuousSymmetry] = (),
         identities: Callable[[Any, Any], Any] | None = None,
         name: str = "bvp",
     ):
@@ -153,7 +155,13 @@ class BVP:
         _check_functions(self._rhs, self._boundary, self._integrals, self.observables)
         self._identities, self._symmetries = identities, tuple(symmetries)
         self._trace()
-        self.symmetries, self.gauges = checked(self, symmetries)
+        check_names(self._symmetries)
+        self.symmetries, self.gauges = checked(self, [x for x in self._symmetries if isinstance(x, Symmetry)])
+        self.generators: tuple[Generator, ...] = generators(
+            self, [x for x in self._symmetries if isinstance(x, ContinuousSymmetry)]
+        )
+        self.phases = 0
+        self._unfolded: dict[int, BVP] = {}
 
     def __repr__(self) -> str:
         return (
@@ -194,6 +202,40 @@ class BVP:
             parameters={**self.parameters, name: 0.0}, observables=self.observables, scales=self.scales,
             symmetries=self._symmetries, identities=self._identities, name=self.name,
         )  # fmt: skip
+
+    def unfolded(self, phases: int) -> BVP:
+        """The same problem with room for phase conditions: as many integral conditions and unfolding parameters.
+
+        Both are empty here. :class:`rodatlas.continuation.discrete.phase.Phase` fills them on a mesh.
+        """
+        if phases == self.phases:
+            return self
+        if phases not in self._unfolded:
+            new = BVP(
+                self._rhs, self._boundary, (*self._integrals, lambda s, u, p: [0.0] * phases), unknowns=self.unknowns,
+                parameters={**self.parameters, **{f"unfolding_of_phase_{i + 1}": 0.0 for i in range(phases)}},
+                observables=self.observables, scales=self.scales, identities=self._identities, name=self.name,
+            )  # fmt: skip
+            new.symmetries = {name: widened(action, phases) for name, action in self.symmetries.items()}
+            new.gauges = tuple(widened(action, phases) for action in self.gauges)
+            new.generators, new.phases = self.generators, phases
+            self._unfolded[phases] = new
+        return self._unfolded[phases]
+
+    @cached_property
+    def own_parameters(self) -> tuple[str, ...]:
+        """Names of the parameters without those that unfold phase conditions, which come last."""
+        return self.parameter_names[: len(self.parameters) - self.phases]
+
+    def traced_function(self, function: Callable[..., Any], field: str, names: Sequence[str]) -> Any:
+        """A function(s, u, p) of a user, one value for each name, as a CasADi function (s, u, p) -> (len(names),)."""
+        import casadi as ca
+
+        with _numpy_semantics(ca):
+            s, u, p = ca.SX.sym("s"), ca.SX.sym("u", self.size), ca.SX.sym("p", len(self.parameters))
+            un, pn = Named(self.unknowns, ca.vertsplit(u)), Named(self.parameter_names, ca.vertsplit(p))
+            column = _Tracer(ca, (s, u, p), (s, un, pn)).column(function, field, names) if names else ca.SX(0, 1)
+        return _function(ca, "traced", [s, u, p], [ca.densify(column)])
 
     def _trace(self) -> None:
         import casadi as ca
@@ -346,7 +388,7 @@ class _Tracer:
     def column(self, function: Callable[..., Any], field: str, names: Sequence[str] | None = None) -> Any:
         """What `function` returns as a column of SX, one entry per name where names are given."""
         expected = "numbers and expressions" if names is None else f"{len(names)} values, one per unknown"
-        if names is not None and field != "rhs":
+        if field.startswith("observable "):
             expected = "one value"
         try:
             values = function(*self._arguments)

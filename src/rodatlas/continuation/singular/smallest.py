@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 
-from rodatlas.continuation.discrete.collocation import Collocation, scaled
+from rodatlas.continuation.discrete.collocation import Collocation, add, scaled
 from rodatlas.continuation.linear.matrix import Blocks, Columns, Factorization
+
+RANDOM_WAVES = 8  # cosines in which another weak mode is sought
 
 
 def smallest_singular(
@@ -21,20 +23,56 @@ def smallest_singular(
         return guess, 0.0
     x = guess
     if x is None:
-        rng, shape = np.random.default_rng(11), (*colloc.gauss.shape, len(colloc.scale.unknowns))
-        wave = rng.normal(size=(2, shape[2]))
-        stage = wave[0] + np.cos(np.pi * colloc.gauss)[..., None] * wave[1]
-        x = Columns(stage, np.zeros((len(colloc.mesh), shape[2])), rng.normal(size=scalars or len(colloc.free)))
-        x, passes = scaled(x, 1.0 / colloc.norm(x)), 3
-    per_length = (colloc.step[:, None] / colloc.scheme.weights)[..., None]
+        x, passes = _smooth(colloc, np.random.default_rng(11), scalars or len(colloc.free)), 3
     value = float("nan")
     for _ in range(passes):
-        row = colloc.row(x)
-        assert row.stage is not None
-        left = fac.solve_transposed(Columns(row.stage, np.zeros_like(x.mesh), row.scalars))
-        y = fac.solve(Blocks(per_length * left.stage, np.zeros_like(left.chain), left.ends, left.dense))
-        overlap, size = row.dot(y), colloc.norm(y)
+        y = _applied(colloc, fac, x)
+        overlap, size = colloc.row(x).dot(y), colloc.norm(y)
         if not (overlap > 0 and np.isfinite(size)):
             return guess, 0.0
         value, x = float(1.0 / np.sqrt(overlap)), scaled(y, 1.0 / size)
+    if colloc.bvp.generators and guess is not None:
+        return _weaker(colloc, fac, x, value)
     return x, value
+
+
+def _applied(colloc: Collocation, fac: Factorization, x: Columns) -> Columns:
+    """The inverse of K* K, with norms of functions on both sides, applied to a vector."""
+    per_length = (colloc.step[:, None] / colloc.scheme.weights)[..., None]
+    row = colloc.row(x)
+    assert row.stage is not None
+    left = fac.solve_transposed(Columns(row.stage, np.zeros_like(x.mesh), row.scalars))
+    return fac.solve(Blocks(per_length * left.stage, np.zeros_like(left.chain), left.ends, left.dense))
+
+
+def _smooth(colloc: Collocation, rng: np.random.Generator, scalars: int, waves: int = 2) -> Columns:
+    """A smooth random unit vector."""
+    n = len(colloc.scale.unknowns)
+    cosines = np.cos(np.pi * colloc.gauss[..., None] * np.arange(waves))
+    stage = cosines @ rng.normal(size=(waves, n))
+    x = Columns(stage, np.zeros((len(colloc.mesh), n)), rng.normal(size=scalars))
+    return scaled(x, 1.0 / colloc.norm(x))
+
+
+def _weaker(colloc: Collocation, fac: Factorization, x: Columns, value: float) -> tuple[Columns, float]:
+    """The weaker one of a known mode and what a random vector across it leads to.
+
+    Under a continuous symmetry most modes come in pairs, whose zeros leave no change of sign, and modes of different
+    symmetry do not mix: iteration from one of them never leads to another that has become weaker.
+    """
+    z = _smooth(colloc, np.random.default_rng(41), len(x.scalars), RANDOM_WAVES)
+    for _ in range(2):
+        z = add(z, (-colloc.inner(x, z), x))
+        z = _applied(colloc, fac, z)
+        z = scaled(z, 1.0 / colloc.norm(z))
+    z = add(z, (-colloc.inner(x, z), x))
+    size = colloc.norm(z)
+    if not (np.isfinite(size) and size > 0):
+        return x, value
+    pair = (x, scaled(z, 1.0 / size))
+    images = [_applied(colloc, fac, v) for v in pair]
+    squares, factors = np.linalg.eigh([[colloc.row(v).dot(w) for w in images] for v in pair])
+    if not (np.isfinite(squares).all() and squares[-1] * value**2 > 1.0):
+        return x, value
+    y = add(scaled(images[0], float(factors[0, -1])), (float(factors[1, -1]), images[1]))
+    return scaled(y, 1.0 / colloc.norm(y)), float(1.0 / np.sqrt(squares[-1]))

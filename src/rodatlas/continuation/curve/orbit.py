@@ -1,0 +1,78 @@
+"""Runs of problems with continuous symmetries: phase conditions are added where a state needs them, and hidden after.
+
+A state that a generator moves is one of a curve of states, its orbit, and the equations are singular along it. The run
+is one of the problem with phase conditions, see :mod:`rodatlas.continuation.discrete.phase`; their unfolding parameters
+stand behind the user's free ones, and results do not show them.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from rodatlas.continuation.discrete.collocation import Collocation, Scale
+from rodatlas.continuation.discrete.phase import moved_by, orbit_directions
+from rodatlas.continuation.discrete.solution import Solution
+from rodatlas.continuation.linear.matrix import Columns
+from rodatlas.continuation.problem.bvp import BVP
+from rodatlas.continuation.results.branch import Branch, Point, SpecialPoint
+
+
+def phased(bvp: BVP, solution: Solution, free: Sequence[int], scale: Scale | None = None) -> tuple[BVP, list[int]]:
+    """The problem with as many phase conditions as a state needs, and its free parameters.
+
+    Parameters
+    ----------
+    bvp : BVP, the user's; free : indices of its free parameters.
+    """
+    if not bvp.generators:
+        return bvp, list(free)
+    colloc = Collocation.at(bvp, solution, free, scale)
+    return with_phases(bvp, len(orbit_directions(colloc, colloc.state(solution))), free)
+
+
+def with_phases(bvp: BVP, count: int, free: Sequence[int]) -> tuple[BVP, list[int]]:
+    """The user's problem with some phase conditions, and its free parameters."""
+    own = len(bvp.parameters)
+    return (bvp.unfolded(count) if count else bvp), [*free, *range(own, own + count)]
+
+
+def orbit_of(bvp: BVP, solution: Solution, free: Sequence[int], scale: Scale | None = None) -> tuple[str, ...]:
+    """Names of the continuous symmetries that move a state."""
+    if not bvp.generators:
+        return ()
+    colloc = Collocation.at(bvp, solution, free, scale)
+    return moved_by(colloc, colloc.state(solution))
+
+
+def fitted(v: Columns, scalars: int) -> Columns:
+    """A vector with so many scalars: those of unfolding parameters are cut off, or zero."""
+    kept = v.scalars[:scalars]
+    return Columns(v.stage, v.mesh, np.append(kept, np.zeros(scalars - len(kept))))
+
+
+def bare(branch: Branch, bvp: BVP) -> Branch:
+    """A branch of a problem with phase conditions as one of the user's problem."""
+    if not bvp.phases:
+        return branch
+    k = len(branch.free) - bvp.phases
+    return replace(
+        branch, free=branch.free[:k], points=tuple(bare_point(p, k) for p in branch.points),
+        special=tuple(bare_special(x, k, bvp) for x in branch.special),
+    )  # fmt: skip
+
+
+def bare_point(point: Point, free: int) -> Point:
+    """A point with as many components of the tangent as there are free parameters."""
+    return replace(point, tangent=point.tangent[:free])
+
+
+def bare_special(x: SpecialPoint, free: int, bvp: BVP) -> SpecialPoint:
+    """A special point whose vectors know the user's free parameters only."""
+    scale = x.scale and replace(x.scale, parameters=x.scale.parameters[: len(bvp.own_parameters)])
+    directions, nearby = (tuple(fitted(v, free) for v in vectors) for vectors in (x.directions, x.nearby))
+    return replace(
+        x, free=x.free[:free], scale=scale, directions=directions, nearby=nearby, bend=x.bend and fitted(x.bend, free)
+    )  # fmt: skip
