@@ -10,33 +10,11 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import replace
 
-import numpy as np
-
 from rodatlas.continuation.discrete.collocation import Collocation, Scale
-from rodatlas.continuation.discrete.phase import moved_by, orbit_directions
+from rodatlas.continuation.discrete.phase import fitted, moved_by
 from rodatlas.continuation.discrete.solution import Solution
-from rodatlas.continuation.linear.matrix import Columns
 from rodatlas.continuation.problem.bvp import BVP
 from rodatlas.continuation.results.branch import Branch, Point, SpecialPoint
-
-
-def phased(bvp: BVP, solution: Solution, free: Sequence[int], scale: Scale | None = None) -> tuple[BVP, list[int]]:
-    """The problem with as many phase conditions as a state needs, and its free parameters.
-
-    Parameters
-    ----------
-    bvp : BVP, the user's; free : indices of its free parameters.
-    """
-    if not bvp.generators:
-        return bvp, list(free)
-    colloc = Collocation.at(bvp, solution, free, scale)
-    return with_phases(bvp, len(orbit_directions(colloc, colloc.state(solution))), free)
-
-
-def with_phases(bvp: BVP, count: int, free: Sequence[int]) -> tuple[BVP, list[int]]:
-    """The user's problem with some phase conditions, and its free parameters."""
-    own = len(bvp.parameters)
-    return (bvp.unfolded(count) if count else bvp), [*free, *range(own, own + count)]
 
 
 def orbit_of(bvp: BVP, solution: Solution, free: Sequence[int], scale: Scale | None = None) -> tuple[str, ...]:
@@ -45,12 +23,6 @@ def orbit_of(bvp: BVP, solution: Solution, free: Sequence[int], scale: Scale | N
         return ()
     colloc = Collocation.at(bvp, solution, free, scale)
     return moved_by(colloc, colloc.state(solution))
-
-
-def fitted(v: Columns, scalars: int) -> Columns:
-    """A vector with so many scalars: those of unfolding parameters are cut off, or zero."""
-    kept = v.scalars[:scalars]
-    return Columns(v.stage, v.mesh, np.append(kept, np.zeros(scalars - len(kept))))
 
 
 def bare(branch: Branch, bvp: BVP) -> Branch:

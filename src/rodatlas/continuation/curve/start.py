@@ -11,11 +11,11 @@ import numpy as np
 from rodatlas.continuation.curve.damped import approached
 from rodatlas.continuation.curve.join import is_finite
 from rodatlas.continuation.curve.options import TraceOptions
-from rodatlas.continuation.curve.orbit import phased
 from rodatlas.continuation.curve.point import Frame, first_frame
 from rodatlas.continuation.curve.settle import across, at_own_parameter, settled
 from rodatlas.continuation.discrete.collocation import Collocation, Scale, free_indices
 from rodatlas.continuation.discrete.newton import NewtonCode, Row, fixed, is_singular_around
+from rodatlas.continuation.discrete.phase import phased
 from rodatlas.continuation.discrete.solution import Solution
 from rodatlas.continuation.linear.matrix import Columns
 from rodatlas.continuation.problem.bvp import BVP

@@ -9,14 +9,13 @@ import numpy as np
 
 from rodatlas.continuation.checks import check_type
 from rodatlas.continuation.curve.options import TraceOptions
-from rodatlas.continuation.curve.orbit import fitted, phased, with_phases
 from rodatlas.continuation.curve.point import Frame, with_tests
 from rodatlas.continuation.curve.settle import across, settled
 from rodatlas.continuation.curve.start import check_belongs
 from rodatlas.continuation.curve.trace import follow
 from rodatlas.continuation.discrete.collocation import Collocation, Scale, add, free_indices, scaled
 from rodatlas.continuation.discrete.newton import newton, plane
-from rodatlas.continuation.discrete.phase import orbit_directions
+from rodatlas.continuation.discrete.phase import fitted, orbit_directions, phased, with_phases
 from rodatlas.continuation.linear.matrix import Columns
 from rodatlas.continuation.problem.bvp import BVP
 from rodatlas.continuation.results.branch import Branch, EndReason, Point, SpecialPoint

@@ -27,7 +27,9 @@ from rodatlas.continuation.linear.matrix import Blocks, Columns
 from rodatlas.continuation.problem.evaluator import Evaluator
 
 if TYPE_CHECKING:
-    from rodatlas.continuation.discrete.collocation import Collocation, Linearization
+    from rodatlas.continuation.discrete.collocation import Collocation, Linearization, Scale
+    from rodatlas.continuation.discrete.solution import Solution
+    from rodatlas.continuation.problem.bvp import BVP
 
 MOVED = 1e-6  # velocity, in scaled variables, below which a state is one that a generator leaves alone
 ATTEMPTS = 4  # borders tried to find left vectors
@@ -79,6 +81,33 @@ class Phase:
         carry = old.carrier(new)
         columns = tuple(_carried(old, new, column) for column in self.columns)
         return Phase(tuple(carry(v) for v in self.directions), self.values, columns)
+
+
+def phased(bvp: BVP, solution: Solution, free: Sequence[int], scale: Scale | None = None) -> tuple[BVP, list[int]]:
+    """The problem with as many phase conditions as a state needs, and its free parameters.
+
+    Parameters
+    ----------
+    bvp : BVP, the user's; free : indices of its free parameters.
+    """
+    if not bvp.generators:
+        return bvp, list(free)
+    from rodatlas.continuation.discrete.collocation import Collocation
+
+    colloc = Collocation.at(bvp, solution, free, scale)
+    return with_phases(bvp, len(orbit_directions(colloc, colloc.state(solution))), free)
+
+
+def with_phases(bvp: BVP, count: int, free: Sequence[int]) -> tuple[BVP, list[int]]:
+    """The user's problem with some phase conditions, and its free parameters."""
+    own = len(bvp.parameters)
+    return (bvp.unfolded(count) if count else bvp), [*free, *range(own, own + count)]
+
+
+def fitted(v: Columns, scalars: int) -> Columns:
+    """A vector with so many scalars: those of unfolding parameters are cut off, or zero."""
+    kept = v.scalars[:scalars]
+    return Columns(v.stage, v.mesh, np.append(kept, np.zeros(scalars - len(kept))))
 
 
 def orbit_directions(colloc: Collocation, x: Columns) -> list[Columns]:

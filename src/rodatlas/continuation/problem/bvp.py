@@ -160,7 +160,7 @@ class BVP:
         self.generators: tuple[Generator, ...] = generators(
             self, [x for x in self._symmetries if isinstance(x, ContinuousSymmetry)]
         )
-        self.phases = 0
+        self.phases, self.plain = 0, self
         self._unfolded: dict[int, BVP] = {}
 
     def __repr__(self) -> str:
@@ -218,7 +218,7 @@ class BVP:
             )  # fmt: skip
             new.symmetries = {name: widened(action, phases) for name, action in self.symmetries.items()}
             new.gauges = tuple(widened(action, phases) for action in self.gauges)
-            new.generators, new.phases = self.generators, phases
+            new.generators, new.phases, new.plain = self.generators, phases, self
             self._unfolded[phases] = new
         return self._unfolded[phases]
 

@@ -16,7 +16,11 @@ import numpy as np
 from rodatlas.continuation.discrete.collocation import Row, add
 from rodatlas.continuation.discrete.newton import NewtonOptions, newton
 from rodatlas.continuation.linear.matrix import Columns
+from rodatlas.continuation.singular import families
 from rodatlas.continuation.singular.kernel import Kernel, combined, loaded, solved
+
+FITTED = 1e-7  # error of the fit, relative to the largest value, that is good enough
+EXACT = 1e-10  # last correction: the slope, of second order in a small distance, belongs to the iterate before it
 
 
 @dataclass(frozen=True, eq=False)
@@ -42,9 +46,11 @@ class Rays:
             return cls((), (), float("nan"), False, 1)
         radius, ratio = model.radius / 8, 1.0 / 8
         rays: list[tuple[np.ndarray, Columns]] = []
-        unverified, continuum = 0, False
-        for u, may_move in zip(*_sphere_zeros(model, ratio), strict=True):
-            family = _family(kernel, radius * u) if may_move else None
+        unverified, continuum, declared = 0, False, families.actions(kernel)
+        for u, may_move in zip(*_sphere_zeros(model, ratio, declared), strict=True):
+            at = _reduced(kernel, radius * u) if may_move and declared else None
+            family = families.member(kernel, at.state, radius) if at else None
+            family = family or (_family(kernel, radius * u) if may_move else None)
             continuum |= family is not None
             ray = family or _confirmed(kernel, model, u, ratio)
             if ray is None:
@@ -81,7 +87,7 @@ class _Value:
     contraction: float
 
 
-def _reduced(kernel: Kernel, a: np.ndarray, max_iterations: int = 6) -> _Value | None:
+def _reduced(kernel: Kernel, a: np.ndarray, max_iterations: int = 7) -> _Value | None:
     """Newton for F(x0 + Phi a + w) + B g = 0, C w = 0; None when it does not converge."""
     colloc, rows, columns = kernel.colloc, kernel.rows, kernel.columns
     k, g, sizes = len(colloc.free), np.zeros(len(columns)), [1.0]
@@ -97,7 +103,7 @@ def _reduced(kernel: Kernel, a: np.ndarray, max_iterations: int = 6) -> _Value |
         y = fac.solve(colloc.right_hand_side(loaded(lin.residual, g, columns), rows, off))
         x, g = add(x, (1.0, y), keep=k), g + y.scalars[k:]
         sizes.append(colloc.norm(Columns(y.stage, y.mesh, y.scalars[:k])))
-        if sizes[-1] < 1e-7:
+        if sizes[-1] < EXACT or (sizes[-1] < 1e-7 and sizes[-1] > 0.3 * sizes[-2]):
             break
     else:
         return None
@@ -137,20 +143,24 @@ def _monomials(powers: np.ndarray, u: np.ndarray) -> tuple[np.ndarray, np.ndarra
 
 
 def _model(kernel: Kernel, largest: float = 0.5) -> _Model | None:
-    """Fit of the reduced map and its derivative on a ball small enough for a polynomial to represent it."""
+    """Fit of the reduced map and its derivative on a ball small enough for a polynomial to represent it.
+
+    Constant and linear terms are those of round-off in the place of the point; they are fitted and left out.
+    """
     d = len(kernel.columns)
     degree = 5 if d == 2 else 4
     powers = np.array([
-        np.bincount(chosen, minlength=d + 1) for n in range(2, degree + 1)
+        np.bincount(chosen, minlength=d + 1) for n in range(degree + 1)
         for chosen in combinations_with_replacement(range(d + 1), n)
     ])  # fmt: skip
+    kept = powers.sum(axis=1) > 1
     rng = np.random.default_rng(19)
     points = rng.normal(size=(2 * len(powers) // (d + 2) + 4, d + 1))
     points /= np.linalg.norm(points, axis=1)[:, None]
     points *= np.resize([1.0, -0.9, 0.6, -0.4], len(points))[:, None]
     values, slopes = _monomials(powers, points)
     matrix = np.concatenate([values, *np.moveaxis(slopes, 2, 0)])
-    radius = largest
+    radius, best = largest, None
     for _ in range(12):
         samples = list(_sampled(kernel, radius, points))
         if len(samples) == len(points):
@@ -159,10 +169,12 @@ def _model(kernel: Kernel, largest: float = 0.5) -> _Model | None:
             coefficients = np.linalg.lstsq(matrix, right, rcond=None)[0]
             size = float(np.abs(right).max())
             noise = float(np.abs(matrix @ coefficients - right).max()) / max(size, 1e-300)
-            if noise < 1e-7:
-                return _Model(radius, powers, coefficients / max(size, 1e-300), noise)
+            if best is None or noise < best.noise:
+                best = _Model(radius, powers[kept], coefficients[kept] / max(size, 1e-300), noise)
+            if noise < FITTED:
+                break
         radius /= 2
-    return None
+    return best if best is not None and best.noise < 100 * FITTED else None
 
 
 def _sampled(kernel: Kernel, radius: float, points: np.ndarray) -> Iterator[_Value]:
@@ -174,8 +186,10 @@ def _sampled(kernel: Kernel, radius: float, points: np.ndarray) -> Iterator[_Val
         yield at
 
 
-def _sphere_zeros(model: _Model, ratio: float) -> tuple[list[np.ndarray], list[bool]]:
+def _sphere_zeros(model: _Model, ratio: float, declared: list[np.ndarray]) -> tuple[list[np.ndarray], list[bool]]:
     """Zeros of the model on the sphere |u| = 1, one of each curve of zeros; whether each belongs to a curve.
+
+    `declared` are the matrices of declared symmetries, which tell which zeros belong to curves.
 
     Newton from points spread evenly and from points near coordinate planes, where branches of pitchfork type lie.
     """
@@ -191,7 +205,7 @@ def _sphere_zeros(model: _Model, ratio: float) -> tuple[list[np.ndarray], list[b
     if not distinct:
         return [], []
     found = np.array(distinct)
-    curved = _moves(model, ratio, found)
+    curved = families.moves(declared, found) if declared else _moves(model, ratio, found)
     zeros, flags = list(found[~curved]), [False] * int((~curved).sum())
     family = found[curved]
     while len(family):  # chains of neighbours are one family
