@@ -10,8 +10,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import replace
 
-from rodatlas.continuation.discrete.collocation import Collocation, Scale
-from rodatlas.continuation.discrete.phase import fitted, moved_by
+from rodatlas.continuation.discrete.collocation import Collocation, Scale, free_indices
+from rodatlas.continuation.discrete.phase import fitted, moved_by, orbit_directions
 from rodatlas.continuation.discrete.solution import Solution
 from rodatlas.continuation.problem.bvp import BVP
 from rodatlas.continuation.results.branch import Branch, Point, SpecialPoint
@@ -23,6 +23,14 @@ def orbit_of(bvp: BVP, solution: Solution, free: Sequence[int], scale: Scale | N
         return ()
     colloc = Collocation.at(bvp, solution, free, scale)
     return moved_by(colloc, colloc.state(solution))
+
+
+def member_near(bvp: BVP, at: SpecialPoint) -> Solution | None:
+    """A state near a branch point, on the first of the branches that continuous symmetries move around."""
+    if not at.continuum or len(at.nearby) < 3:
+        return None
+    colloc = Collocation.at(bvp, at.solution, free_indices(bvp, at.free), at.scale)
+    return next((colloc.solution(x) for x in at.nearby[2:] if orbit_directions(colloc, x)), None)
 
 
 def bare(branch: Branch, bvp: BVP) -> Branch:
@@ -43,8 +51,12 @@ def bare_point(point: Point, free: int) -> Point:
 
 def bare_special(x: SpecialPoint, free: int, bvp: BVP) -> SpecialPoint:
     """A special point whose vectors know the user's free parameters only."""
-    scale = x.scale and replace(x.scale, parameters=x.scale.parameters[: len(bvp.own_parameters)])
     directions, nearby = (tuple(fitted(v, free) for v in vectors) for vectors in (x.directions, x.nearby))
     return replace(
-        x, free=x.free[:free], scale=scale, directions=directions, nearby=nearby, bend=x.bend and fitted(x.bend, free)
+        x, free=x.free[:free], scale=x.scale and bare_scale(x.scale, bvp), directions=directions, nearby=nearby, bend=x.bend and fitted(x.bend, free)
     )  # fmt: skip
+
+
+def bare_scale(scale: Scale, bvp: BVP) -> Scale:
+    """Units of the user's parameters only."""
+    return replace(scale, parameters=scale.parameters[: len(bvp.own_parameters)])

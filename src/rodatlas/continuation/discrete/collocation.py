@@ -162,14 +162,20 @@ class Collocation:
         scale = scale or Scale.of(bvp, solution)
         return cls(bvp, solution.mesh, solution.points, solution.parameters, free, scale, backend)
 
-    def hold(self, reference: Columns, like: Phase | None = None, tangent: Columns | None = None) -> None:
-        """Refer the phase conditions, if the problem has some, to a state; `like` those of a state near by."""
+    def hold(
+        self, reference: Columns, like: Phase | None = None, tangent: Columns | None = None,
+        away: Columns | None = None,
+    ) -> None:  # fmt: skip
+        """Refer the phase conditions, if the problem has some, to a state; `like` those of a state near by.
+
+        `away` is a state on the branch that leaves there, whose orbit counts where the state itself is not moved.
+        """
         from rodatlas.continuation.discrete.phase import phase_at, renewed
 
         if self.bvp.phases and like is not None and tangent is not None:
-            self.phase = renewed(self, reference, like, tangent)
+            self.phase = renewed(self, reference, like, tangent, away)
         elif self.bvp.phases:
-            self.phase = phase_at(self, reference)
+            self.phase = phase_at(self, reference, away)
 
     def on(self, mesh: np.ndarray) -> Collocation:
         """The same discretisation on another mesh."""

@@ -155,13 +155,14 @@ def velocity(colloc: Collocation, x: Columns, number: int) -> Columns:
     return Columns(stage, mesh, (change / colloc.scale.parameters)[colloc.free])
 
 
-def phase_at(colloc: Collocation, x: Columns) -> Phase:
+def phase_at(colloc: Collocation, x: Columns, away: Columns | None = None) -> Phase:
     """Phase conditions with the state x as reference; left vectors from solves with random smooth borders.
 
-    Where x is moved in fewer directions than there are conditions, random ones take the place of the others.
+    Where x is moved in fewer directions than there are conditions, those of a state `away` from it count or, without
+    one, random ones take the place of the others.
     """
     count, rng = colloc.bvp.phases, np.random.default_rng(31)
-    directions = orbit_directions(colloc, x)[:count]
+    at, directions = _moved(colloc, x, away, count)
     while len(directions) < count:
         v = _smooth_vector(colloc, rng)
         v = _combination([v, *directions], np.array([1.0, *(-colloc.inner(u, v) for u in directions)]))
@@ -169,25 +170,36 @@ def phase_at(colloc: Collocation, x: Columns) -> Phase:
     found: list[tuple[float, Phase]] = []
     for _ in range(ATTEMPTS):
         phase = _referring(colloc, x, directions, [_smooth_column(colloc, rng) for _ in range(count)])
-        better, size = _with_left_vectors(colloc, x, phase, None, rng)
+        better, size = _with_left_vectors(colloc, at, phase, None, rng)
         found.append((size, better))
     return min(found, key=lambda pair: pair[0])[1]
 
 
-def renewed(colloc: Collocation, x: Columns, old: Phase, tangent: Columns) -> Phase:
+def renewed(colloc: Collocation, x: Columns, old: Phase, tangent: Columns, away: Columns | None = None) -> Phase:
     """Phase conditions with x as reference, oriented as the old ones on the same mesh are.
 
-    Where x is not moved any more, as on a trunk that a branch passes, the directions stay.
+    Where x is not moved any more, as on a trunk that a branch passes, those of a state `away` from it count or, without
+    one, the directions stay.
     """
     count, directions = len(old.directions), list(old.directions)
-    new = orbit_directions(colloc, x)[:count]
+    at, new = _moved(colloc, x, away, count)
     if len(new) == count:
         overlap = np.array([[colloc.inner(v, w) for w in directions] for v in new])
         u, _, vt = np.linalg.svd(overlap)
         turn = u @ vt  # the orthogonal matrix nearest to the overlaps
         directions = [_combination(new, turn[:, i]) for i in range(count)]
     phase = _referring(colloc, x, directions, old.columns)
-    return _with_left_vectors(colloc, x, phase, tangent, np.random.default_rng(31))[0]
+    return _with_left_vectors(colloc, at, phase, tangent, np.random.default_rng(31))[0]
+
+
+def _moved(
+    colloc: Collocation, x: Columns, away: Columns | None, count: int
+) -> tuple[Columns, list[Columns]]:
+    """The state, or that away from it, which is moved in enough directions, and these."""
+    found = orbit_directions(colloc, x)[:count]
+    if len(found) < count and away is not None:
+        return away, orbit_directions(colloc, away)[:count]
+    return x, found
 
 
 def _referring(colloc: Collocation, x: Columns, directions: Sequence[Columns], columns: Sequence[Blocks]) -> Phase:

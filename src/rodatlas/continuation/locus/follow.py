@@ -7,9 +7,11 @@ from dataclasses import replace
 
 from rodatlas.continuation.checks import check_each, check_type
 from rodatlas.continuation.curve.options import TraceOptions
+from rodatlas.continuation.curve.orbit import bare_scale, member_near
 from rodatlas.continuation.curve.trace import NotConverged
 from rodatlas.continuation.discrete.collocation import add, arc_length, free_indices, scaled
 from rodatlas.continuation.discrete.newton import NewtonCode
+from rodatlas.continuation.discrete.phase import phased
 from rodatlas.continuation.locus.double_zeros import cut_between
 from rodatlas.continuation.locus.events import PITCHFORK, crowded, locate, watched, with_sure_signs
 from rodatlas.continuation.locus.point import LocusFrame, Sought, adapted, correct, first_frame
@@ -60,7 +62,8 @@ def follow_locus(
     free_indices(bvp, [names[0], *names[2:]])
     options.check_names(bvp, names)
     _check_inside(start, options)
-    frame = first_frame(bvp, sought, start, index, options)
+    inside, index = phased(bvp, member_near(bvp, start) or start.solution, index, start.scale)
+    frame = first_frame(inside, sought, start, index, options)
     if frame is None:
         raise NotConverged(NewtonCode.SLOW, f"start of the locus at {start!r}")
     if sought.kind == "branch point":
@@ -89,7 +92,7 @@ def _joined(forward: _Walk, backward: _Walk | None, start: EndReason) -> Locus:
     sought, bvp = forward.sought, forward.start.colloc.bvp
     return Locus(
         sought.kind, forward.names, tuple(points), tuple(events), (first, forward.end or EndReason.INTERRUPTED),
-        forward.start.colloc.scale, {"problem": bvp.name, **forward.options.settings()}, sought.pitchfork,
+        bare_scale(forward.start.colloc.scale, bvp), {"problem": bvp.name, **forward.options.settings()}, sought.pitchfork,
     )  # fmt: skip
 
 
@@ -235,7 +238,7 @@ class _Walk:
     def _point(self, frame: LocusFrame) -> LocusPoint:
         solution = frame.colloc.solution(frame.x, frame.error)
         return LocusPoint(
-            solution, self.arclength, frame.tangent.scalars.copy(), frame.tests.values, frame.unfolding,
+            solution, self.arclength, frame.tangent.scalars[: len(self.names)].copy(), frame.tests.values, frame.unfolding,
             frame.iterations,
         )  # fmt: skip
 

@@ -7,6 +7,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from rodatlas.continuation.curve.options import TraceOptions
+from rodatlas.continuation.curve.orbit import member_near
 from rodatlas.continuation.discrete.collocation import Collocation, Scale, add, scaled
 from rodatlas.continuation.discrete.mesh import (
     ErrorEstimate,
@@ -26,6 +27,7 @@ from rodatlas.continuation.singular.bordered import Border, Tests
 from rodatlas.continuation.symmetric.isotropy import restrict, symmetric_mesh
 
 RATE_MARGIN = 20.0  # safety of the rate of convergence that one step tells the next
+AWAY = 0.01  # distance at which a branch that leaves a branch point is moved by symmetries that do not move the point
 SHARP = 3e-8  # distance from the solution at which test functions are as good as exact
 
 
@@ -210,7 +212,7 @@ def on_mesh(frame: LocusFrame, mesh: np.ndarray) -> LocusFrame:
     vectors = tuple(carry(v) for v in frame.border.vectors)
     border = Border(vectors, _carried_column(frame, new))
     x, tangent = carry(frame.x), carry(frame.tangent)
-    new.hold(x, new.phase, tangent)
+    new.hold(x, new.phase, tangent, add(x, (AWAY, vectors[-1])) if len(vectors) == 2 else None)
     return replace(frame, colloc=new, x=x, tangent=tangent, border=border, tests=tests, behind=behind)
 
 
@@ -236,6 +238,9 @@ def first_frame(
         solution = solution.remesh(symmetric_mesh(solution.mesh))
     scale = start.scale or Scale.of(bvp, solution)
     colloc = Collocation.at(bvp, solution, free, scale, options.backend)
+    if bvp.phases:
+        near = member_near(bvp.plain, start)
+        colloc.hold(colloc.state(solution), away=near and colloc.state(near))
     frame = frame_at(sought, colloc, restrict(colloc, options.within, colloc.state(solution), controls=2), options)
     if frame is None:
         return None

@@ -14,12 +14,13 @@ from itertools import combinations_with_replacement
 import numpy as np
 
 from rodatlas.continuation.discrete.collocation import Row, add
-from rodatlas.continuation.discrete.newton import NewtonOptions, newton
+from rodatlas.continuation.discrete.newton import newton
 from rodatlas.continuation.linear.matrix import Columns
 from rodatlas.continuation.singular import families
 from rodatlas.continuation.singular.kernel import Kernel, combined, loaded, solved
 
 FITTED = 1e-7  # error of the fit, relative to the largest value, that is good enough
+SETTLED = 1e-4  # turn of a ray from one sphere to a smaller one that may be the error of the point itself
 EXACT = 1e-10  # last correction: the slope, of second order in a small distance, belongs to the iterate before it
 
 
@@ -292,20 +293,17 @@ def _confirmed(kernel: Kernel, model: _Model, u: np.ndarray, ratio: float) -> tu
             models.append(v[0] if good[0] else models[-1])
             radius = ratio * size * model.radius
             start = _reduced(kernel, radius * models[-1])
-            result = start and newton(kernel.colloc, start.state, [_sphere(kernel, radius)], _SPHERE)
+            result = start and newton(kernel.colloc, start.state, [_sphere(kernel, radius)], families.on_sphere(radius))
             if not (result and result.converged):
                 break
             a = kernel.coordinates(result.state)
             units.append(a / np.linalg.norm(a))
             states.append(result.state)
         turns = [float(np.linalg.norm(p - q)) for p, q in zip(units, [models[1], *units], strict=False)]
-        if len(turns) == 3 and turns[0] < 0.1 and turns[1] < 0.3 and turns[2] < 0.8 * turns[1] + 1e-6:
+        if len(turns) == 3 and turns[0] < 0.1 and turns[1] < 0.3 and turns[2] < 0.8 * turns[1] + SETTLED:
             limit = (8 * units[2] - 6 * units[1] + units[0]) / 3  # to third order in the radius
             return limit / np.linalg.norm(limit), states[0]
     return None
-
-
-_SPHERE = NewtonOptions(tolerance=1e-10, max_iterations=10)
 
 
 def _sphere(kernel: Kernel, radius: float) -> Callable[[Columns], tuple[float, Row]]:
