@@ -14,14 +14,16 @@ from rodatlas.continuation.discrete.solution import Solution
 from rodatlas.continuation.locus.follow import follow_locus
 from rodatlas.continuation.locus.switch import fold_locus_at
 from rodatlas.continuation.problem.bvp import BVP, end_value, integral_of
+from rodatlas.continuation.problem.continuous import ContinuousSymmetry, is_symmetry
 from rodatlas.continuation.problem.symmetry import Symmetry
 from rodatlas.continuation.results.branch import Branch, Discrepancy, EndReason, NormalForm, Point, SpecialPoint, Status
 from rodatlas.continuation.results.locus import Locus, LocusEvent, LocusPoint
 from rodatlas.continuation.symmetric.isotropy import broken_at, image, isotropy
 
 __all__ = [
-    "BVP", "Branch", "Discrepancy", "EndReason", "Locus", "LocusEvent", "LocusPoint", "MeshControl", "NewtonCode",
-    "NewtonOptions", "NormalForm", "NotConverged", "Point", "Solution", "SpecialPoint", "Status", "StepControl",
-    "Symmetry", "TraceOptions", "broken_at", "deflated_solve", "end_value", "fold_locus_at", "follow", "follow_locus",
-    "image", "integral_of", "isotropy", "other_solutions", "solve", "switch", "switch_all", "trace",
+    "BVP", "Branch", "ContinuousSymmetry", "Discrepancy", "EndReason", "Locus", "LocusEvent", "LocusPoint",
+    "MeshControl", "NewtonCode", "NewtonOptions", "NormalForm", "NotConverged", "Point", "Solution", "SpecialPoint",
+    "Status", "StepControl", "Symmetry", "TraceOptions", "broken_at", "deflated_solve", "end_value",
+    "fold_locus_at", "follow", "follow_locus", "image", "integral_of", "is_symmetry", "isotropy", "other_solutions",
+    "solve", "switch", "switch_all", "trace",
 ]  # fmt: skip

@@ -17,11 +17,9 @@ from rodatlas.continuation.problem.bvp import BVP
 from rodatlas.continuation.results.branch import Branch, Point, SpecialPoint
 
 
-def orbit_of(bvp: BVP, solution: Solution, free: Sequence[int], scale: Scale | None = None) -> tuple[str, ...]:
+def orbit_of(bvp: BVP, solution: Solution, free: Sequence[int]) -> tuple[str, ...]:
     """Names of the continuous symmetries that move a state."""
-    if not bvp.generators:
-        return ()
-    colloc = Collocation.at(bvp, solution, free, scale)
+    colloc = Collocation.at(bvp, solution, free)
     return moved_by(colloc, colloc.state(solution))
 
 
@@ -38,8 +36,9 @@ def bare(branch: Branch, bvp: BVP) -> Branch:
     if not bvp.phases:
         return branch
     k = len(branch.free) - bvp.phases
+    orbit = orbit_of(bvp.plain, branch.points[-1].solution, free_indices(bvp.plain, branch.free[:k]))
     return replace(
-        branch, free=branch.free[:k], points=tuple(bare_point(p, k) for p in branch.points),
+        branch, orbit=orbit, free=branch.free[:k], points=tuple(bare_point(p, k) for p in branch.points),
         special=tuple(bare_special(x, k, bvp) for x in branch.special),
     )  # fmt: skip
 
@@ -52,9 +51,8 @@ def bare_point(point: Point, free: int) -> Point:
 def bare_special(x: SpecialPoint, free: int, bvp: BVP) -> SpecialPoint:
     """A special point whose vectors know the user's free parameters only."""
     directions, nearby = (tuple(fitted(v, free) for v in vectors) for vectors in (x.directions, x.nearby))
-    return replace(
-        x, free=x.free[:free], scale=x.scale and bare_scale(x.scale, bvp), directions=directions, nearby=nearby, bend=x.bend and fitted(x.bend, free)
-    )  # fmt: skip
+    scale, bend = x.scale and bare_scale(x.scale, bvp), x.bend and fitted(x.bend, free)
+    return replace(x, free=x.free[:free], scale=scale, directions=directions, nearby=nearby, bend=bend)
 
 
 def bare_scale(scale: Scale, bvp: BVP) -> Scale:

@@ -72,9 +72,7 @@ def first_state(
         guess = guess.remesh(np.interp(np.arange(finer + 1) / MORE, np.arange(guess.intervals + 1), guess.mesh))
 
 
-def _on_orbit(
-    bvp: BVP, guess: Solution, free: list[int], options: TraceOptions, scale: Scale, by_hand: bool
-) -> Frame:
+def _on_orbit(bvp: BVP, guess: Solution, free: list[int], options: TraceOptions, scale: Scale, by_hand: bool) -> Frame:
     """The first frame, with as many phase conditions as the solution needs, which may be less than the guess does."""
     inside, indices = phased(bvp, guess, free, scale)
     while True:

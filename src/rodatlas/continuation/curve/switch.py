@@ -21,7 +21,6 @@ from rodatlas.continuation.problem.bvp import BVP
 from rodatlas.continuation.results.branch import Branch, EndReason, Point, SpecialPoint
 from rodatlas.continuation.singular.augmented import kernel_directions
 
-
 UNDECLARED = (
     "at: expected isolated branches, got a branch point from which a circle of branches leaves. The problem has a "
     "continuous symmetry: declare it, as a ContinuousSymmetry among its `symmetries`, and one member is followed"
@@ -160,9 +159,10 @@ def _onto_orbit(bvp: BVP, start: _Departure, free: list[int]) -> _Departure:
     old, origin = start.origin.colloc, start.origin
     inside, indices = with_phases(bvp, len(orbit_directions(old, start.guess)), free)
     new = Collocation(inside, old.mesh, old.scheme.points, old.base, indices, old.scale, old.backend)
-    x, tangent, bend, guess = (v and fitted(v, len(indices)) for v in (origin.x, origin.tangent, start.bend, start.guess))
-    new.hold(guess)
-    return replace(start, origin=replace(origin, colloc=new, x=x, tangent=tangent), bend=bend)
+    k = len(indices)
+    new.hold(fitted(start.guess, k))
+    origin = replace(origin, colloc=new, x=fitted(origin.x, k), tangent=fitted(origin.tangent, k))
+    return replace(start, origin=origin, bend=start.bend and fitted(start.bend, k))
 
 
 def _along_ray(

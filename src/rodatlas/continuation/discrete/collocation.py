@@ -49,7 +49,6 @@ class Scale:
         unknowns = [bvp.scales.get(name, largest[i]) for i, name in enumerate(bvp.unknowns)]
         return cls(np.array(unknowns, float), np.array([bvp.scales.get(name, 1.0) for name in bvp.parameters], float))
 
-
     def with_unfolding(self, bvp: BVP) -> Scale:
         """The units with those of the problem's unfolding parameters, one each, behind the user's."""
         return replace(self, parameters=with_unfolding(bvp, self.parameters, 1.0))

@@ -192,9 +192,7 @@ def renewed(colloc: Collocation, x: Columns, old: Phase, tangent: Columns, away:
     return _with_left_vectors(colloc, at, phase, tangent, np.random.default_rng(31))[0]
 
 
-def _moved(
-    colloc: Collocation, x: Columns, away: Columns | None, count: int
-) -> tuple[Columns, list[Columns]]:
+def _moved(colloc: Collocation, x: Columns, away: Columns | None, count: int) -> tuple[Columns, list[Columns]]:
     """The state, or that away from it, which is moved in enough directions, and these."""
     found = orbit_directions(colloc, x)[:count]
     if len(found) < count and away is not None:
@@ -211,8 +209,8 @@ def _with_left_vectors(
 ) -> tuple[Phase, float]:
     """The conditions with better columns, and the size of the left vectors; the old ones where that is infinite.
 
-    K^T w = unit vector of an unfolding parameter, with K bordered by the old columns, makes w^T F' = 0. Below them K has
-    the tangent and, on a locus, one row more.
+    K^T w = unit vector of an unfolding parameter, with K bordered by the old columns, makes w^T F' = 0. The last row of
+    K is the tangent; on a locus it has one more.
     """
     k, r, bvp = len(colloc.free), len(phase.columns), colloc.bvp
     missing = bvp.size + k - bvp.n_boundary - bvp.n_integral - (tangent is not None)
@@ -248,15 +246,16 @@ def _times(b: Blocks, factor: float) -> Blocks:
 
 
 def _combination(vectors: Sequence[Columns], factors: np.ndarray) -> Columns:
-    parts = [[f * getattr(v, key) for v, f in zip(vectors, factors, strict=True)] for key in ("stage", "mesh", "scalars")]
-    return Columns(*(np.sum(part, axis=0) for part in parts))
+    pairs = list(zip(vectors, factors.tolist(), strict=True))
+    keys = ("stage", "mesh", "scalars")
+    return Columns(*(np.sum([f * getattr(v, key) for v, f in pairs], axis=0) for key in keys))
 
 
 def _smooth_vector(colloc: Collocation, rng: np.random.Generator) -> Columns:
     factors = rng.normal(size=(WAVES, len(colloc.scale.unknowns)))
     scalars = rng.normal(size=len(colloc.free))
     scalars[len(scalars) - colloc.bvp.phases :] = 0.0
-    return Columns(*(_cosines(s) @ factors for s in (colloc.gauss, colloc.mesh)), scalars)
+    return Columns(_cosines(colloc.gauss) @ factors, _cosines(colloc.mesh) @ factors, scalars)
 
 
 def _smooth_column(colloc: Collocation, rng: np.random.Generator) -> Blocks:

@@ -92,7 +92,8 @@ def _joined(forward: _Walk, backward: _Walk | None, start: EndReason) -> Locus:
     sought, bvp = forward.sought, forward.start.colloc.bvp
     return Locus(
         sought.kind, forward.names, tuple(points), tuple(events), (first, forward.end or EndReason.INTERRUPTED),
-        bare_scale(forward.start.colloc.scale, bvp), {"problem": bvp.name, **forward.options.settings()}, sought.pitchfork,
+        bare_scale(forward.start.colloc.scale, bvp), {"problem": bvp.name, **forward.options.settings()},
+        sought.pitchfork,
     )  # fmt: skip
 
 
@@ -238,8 +239,8 @@ class _Walk:
     def _point(self, frame: LocusFrame) -> LocusPoint:
         solution = frame.colloc.solution(frame.x, frame.error)
         return LocusPoint(
-            solution, self.arclength, frame.tangent.scalars[: len(self.names)].copy(), frame.tests.values, frame.unfolding,
-            frame.iterations,
+            solution, self.arclength, frame.tangent.scalars[: len(self.names)].copy(), frame.tests.values,
+            frame.unfolding, frame.iterations,
         )  # fmt: skip
 
     def _breaks_up(self, frame: LocusFrame) -> bool:

@@ -240,7 +240,7 @@ def first_frame(
     colloc = Collocation.at(bvp, solution, free, scale, options.backend)
     if bvp.phases:
         near = member_near(bvp.plain, start)
-        colloc.hold(colloc.state(solution), away=near and colloc.state(near))
+        colloc.hold(colloc.state(solution), away=None if near is None else colloc.state(near))
     frame = frame_at(sought, colloc, restrict(colloc, options.within, colloc.state(solution), controls=2), options)
     if frame is None:
         return None

@@ -13,7 +13,7 @@ import numpy as np
 
 from rodatlas.continuation.linear.sparsity import strong_components
 from rodatlas.continuation.problem.continuous import ContinuousSymmetry, Generator, generators
-from rodatlas.continuation.problem.symmetry import Symmetry, checked, check_names, widened
+from rodatlas.continuation.problem.symmetry import Symmetry, check_names, checked, widened
 
 
 class Named:

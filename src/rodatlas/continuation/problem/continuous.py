@@ -42,8 +42,8 @@ class ContinuousSymmetry:
     Parameters
     ----------
     name : how it is called.
-    generator : `generator(s, u, p)` returns the velocities of all unknowns, as a sequence in their order or as a mapping
-        by name in which those that do not move are left out. It is written as a right-hand side is.
+    generator : `generator(s, u, p)` returns the velocities of the unknowns, as a sequence in their order or as a
+        mapping in which those that do not move are left out. It is written as a right-hand side is.
     shift : whether s is shifted too, at unit velocity: periodic ends and equations without s. With no generator the
         shift is all.
     parameters : `parameters(p)` returns a mapping of names to the velocities of parameters that move along, such as the
