@@ -15,13 +15,8 @@ from rodatlas.continuation.linear.matrix import Columns
 from rodatlas.continuation.singular.kernel import Kernel, combined
 
 DIFFERENCE = 1e-4  # distance over which the velocity is differenced
+ON_SPHERE = NewtonOptions(tolerance=1e-9, max_iterations=10)  # near the point round-off is large
 TURNS = 1e-3  # velocity of a unit vector of the kernel that is none
-ACCURATE = 1e-6  # of a state on a sphere, in units of its radius: near the point round-off is large
-
-
-def on_sphere(radius: float) -> NewtonOptions:
-    """How accurate a state on a small sphere around a point has to be."""
-    return NewtonOptions(tolerance=max(1e-10, ACCURATE * radius), max_iterations=10)
 
 
 def actions(kernel: Kernel) -> list[np.ndarray]:
@@ -72,7 +67,7 @@ def member(kernel: Kernel, near: Columns, radius: float) -> tuple[np.ndarray, Co
             return length - size, new.row(combined(vectors, a / length))
 
         new.hold(x)
-        found = newton(new, x, [sphere], on_sphere(size))
+        found = newton(new, x, [sphere], ON_SPHERE)
         if not found.converged or new.norm(add(found.state, (-1.0, x))) > 0.3 * size:
             return None
         a = coordinates(found.state)

@@ -161,13 +161,14 @@ def _model(kernel: Kernel, largest: float = 0.5) -> _Model | None:
     points *= np.resize([1.0, -0.9, 0.6, -0.4], len(points))[:, None]
     values, slopes = _monomials(powers, points)
     matrix = np.concatenate([values, *np.moveaxis(slopes, 2, 0)])
+    inverse = np.linalg.pinv(matrix)
     radius, best = largest, None
     for _ in range(12):
         samples = list(_sampled(kernel, radius, points))
         if len(samples) == len(points):
             g, dg = np.array([s.g for s in samples]), radius * np.array([s.slope for s in samples])
             right = np.concatenate([g, *np.moveaxis(dg, 2, 0)])
-            coefficients = np.linalg.lstsq(matrix, right, rcond=None)[0]
+            coefficients = inverse @ right
             size = float(np.abs(right).max())
             noise = float(np.abs(matrix @ coefficients - right).max()) / max(size, 1e-300)
             if best is None or noise < best.noise:
@@ -198,17 +199,12 @@ def _sphere_zeros(model: _Model, ratio: float, declared: list[np.ndarray]) -> tu
     starts = rng.normal(size=(100 * n * n, n))
     starts[::2] *= 10.0 ** -rng.uniform(0, 3, size=(len(starts[::2]), n))
     u, good = _projected(model, ratio, starts / np.linalg.norm(starts, axis=1)[:, None])
-    u = u[good]
-    distinct: list[np.ndarray] = []
-    for v in u:
-        if not distinct or np.linalg.norm(np.array(distinct) - v, axis=1).min() > 1e-4:
-            distinct.append(v)
-    if not distinct:
+    found = _thinned(u[good], 1e-4)
+    if not len(found):
         return [], []
-    found = np.array(distinct)
     curved = families.moves(declared, found) if declared else _moves(model, ratio, found)
     zeros, flags = list(found[~curved]), [False] * int((~curved).sum())
-    family = found[curved]
+    family = _thinned(found[curved], 0.05)
     while len(family):  # chains of neighbours are one family
         inside = np.zeros(len(family), dtype=bool)
         inside[0], size = True, 0
@@ -220,6 +216,16 @@ def _sphere_zeros(model: _Model, ratio: float, declared: list[np.ndarray]) -> tu
         flags.append(True)
         family = family[~inside]
     return zeros, flags
+
+
+def _thinned(points: np.ndarray, gap: float) -> np.ndarray:
+    """Points (P, .) that are further apart than a gap: of those that lie closer the first one."""
+    kept, count = np.empty_like(points), 0
+    for v in points:
+        if not count or ((kept[:count] - v) ** 2).sum(axis=1).min() > gap**2:
+            kept[count] = v
+            count += 1
+    return kept[:count]
 
 
 def _projected(
@@ -286,6 +292,7 @@ def _confirmed(kernel: Kernel, model: _Model, u: np.ndarray, ratio: float) -> tu
     The ray is followed over spheres of the radius, its half and its quarter. Where the equations are so nearly linear
     that round-off hides it there, larger spheres are tried.
     """
+    doubtful: tuple[np.ndarray, Columns] | None = None
     for factor in (1.0, 2.0, 4.0, 8.0):
         units, states, models = [], [], [u]
         for size in (factor, factor / 2, factor / 4):
@@ -293,7 +300,7 @@ def _confirmed(kernel: Kernel, model: _Model, u: np.ndarray, ratio: float) -> tu
             models.append(v[0] if good[0] else models[-1])
             radius = ratio * size * model.radius
             start = _reduced(kernel, radius * models[-1])
-            result = start and newton(kernel.colloc, start.state, [_sphere(kernel, radius)], families.on_sphere(radius))
+            result = start and newton(kernel.colloc, start.state, [_sphere(kernel, radius)], families.ON_SPHERE)
             if not (result and result.converged):
                 break
             a = kernel.coordinates(result.state)
@@ -302,8 +309,11 @@ def _confirmed(kernel: Kernel, model: _Model, u: np.ndarray, ratio: float) -> tu
         turns = [float(np.linalg.norm(p - q)) for p, q in zip(units, [models[1], *units], strict=False)]
         if len(turns) == 3 and turns[0] < 0.1 and turns[1] < 0.3 and turns[2] < 0.8 * turns[1] + SETTLED:
             limit = (8 * units[2] - 6 * units[1] + units[0]) / 3  # to third order in the radius
-            return limit / np.linalg.norm(limit), states[0]
-    return None
+            found = limit / np.linalg.norm(limit), states[0]
+            if turns[2] < 0.8 * turns[1] + 1e-6:
+                return found
+            doubtful = doubtful or found
+    return doubtful
 
 
 def _sphere(kernel: Kernel, radius: float) -> Callable[[Columns], tuple[float, Row]]:
