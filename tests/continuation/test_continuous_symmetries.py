@@ -17,6 +17,8 @@ from rodatlas.continuation import (
     ContinuousSymmetry,
     EndReason,
     MeshControl,
+    NewtonCode,
+    NotConverged,
     Solution,
     Status,
     StepControl,
@@ -230,6 +232,18 @@ def test_an_undeclared_symmetry_is_named() -> None:
     for follow in (switch, switch_all):
         with pytest.raises(ValueError, match="The problem has a continuous symmetry: declare it"):
             follow(bvp, point, ("lam",), options)
+
+
+def test_a_moved_state_without_a_declaration_is_refused() -> None:
+    """Its equations are singular, though no state near by is: no mesh would make the error small."""
+    bvp, w = ring([]), 2 * np.pi
+    start = Solution.from_function(
+        lambda s: 0.9 * np.stack([np.cos(w * s), -w * np.sin(w * s)], axis=1), bvp.unknowns,
+        {**bvp.parameters, "lam": w * w + 0.6},
+    )  # fmt: skip
+    with pytest.raises(NotConverged, match="declare the continuous symmetry that may move this state") as caught:
+        trace(bvp, start, ("lam",), TraceOptions(bounds={"lam": (38.0, 45.0)}))
+    assert caught.value.code is NewtonCode.SINGULAR
 
 
 def test_a_branch_with_an_orbit_is_stored(tmp_path) -> None:

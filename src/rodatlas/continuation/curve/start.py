@@ -113,7 +113,8 @@ def _settled_start(
         _refuse_singular(frame.colloc, frame.x, frame.colloc.row(frame.tangent), where, frame.tangent)
     if found.missed is not None:
         solution = frame.colloc.solution(frame.x, frame.error)
-        raise NotConverged(found.missed, f"{solution!r}", solution)
+        code = found.missed if frame.weakness > DOUBTFUL else NewtonCode.SINGULAR  # all along the branch
+        raise NotConverged(code, f"{solution!r}", solution)
     return frame
 
 
