@@ -3,14 +3,18 @@
 from __future__ import annotations
 
 import runpy
+from dataclasses import replace
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 from bvp_problems import BRATU_FOLD, EULER_LOADS
 from scipy.integrate import quad, solve_bvp, solve_ivp
-from scipy.optimize import brentq, fsolve, minimize_scalar, newton
+from scipy.optimize import brentq, fsolve, least_squares, minimize_scalar, newton
 from scipy.special import airy, ellipe, ellipk, ellipkinc, erf, jv
+
+from rodatlas.continuation import Solution, solve
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
 
@@ -367,3 +371,60 @@ def test_strut(capsys: pytest.CaptureFixture[str]) -> None:
     np.testing.assert_allclose(locus.column("P"), expected * locus.column("b"), rtol=1e-8)
     np.testing.assert_allclose(np.abs(locus.column("rise")), height, atol=1e-9)
     assert locus.events == ()
+
+
+def test_twisted_rod(capsys: pytest.CaptureFixture[str]) -> None:
+    """The first moment has tan(M/2) = M/2; the buckled rod agrees with shooting, and may be turned about its axis."""
+    bvp, trunk, buckled = run("twisted_rod.py")
+    assert "one member of the orbit under rotation" in capsys.readouterr().out
+    critical = 2 * brentq(lambda x: np.sin(x) - x * np.cos(x), 4.0, 4.6, xtol=1e-14)
+    assert trunk.special[0].solution["moment"] == pytest.approx(critical, rel=1e-8)
+    assert critical == pytest.approx(8.986818916, abs=1e-9)
+    assert (trunk.special[0].breaks, buckled.orbit) == (("rotation",), ("rotation",))
+    assert buckled.verification.unfolding < 1e-8
+    end = buckled.points[-1].solution
+    moment, distance = shoot_twisted_rod(end)
+    assert end["moment"] == pytest.approx(moment, rel=1e-8)
+    assert end["distance"] == pytest.approx(distance, rel=1e-8)
+    for angle in np.linspace(0.0, 2 * np.pi, 5):
+        turned = rotated(end, angle)
+        again = solve(bvp, turned, ("turn",))
+        assert np.abs(again(turned.mesh) - turned.values).max() < 1e-5  # between mesh points of one or the other
+        assert again["distance"] == pytest.approx(end["distance"], abs=1e-8)
+
+
+def rotated(solution: Solution, angle: float) -> Solution:
+    """The twisted rod turned about its axis."""
+    c, s = np.cos(angle), np.sin(angle)
+    values, stages = solution.values.copy(), solution.stages.copy()
+    for pair in (("n1", "n2"), ("m1", "m2"), ("q1", "q2"), ("x", "y")):
+        i, j = (solution.unknowns.index(name) for name in pair)
+        for old, new in ((solution.values, values), (solution.stages, stages)):
+            new[..., i], new[..., j] = c * old[..., i] - s * old[..., j], s * old[..., i] + c * old[..., j]
+    return replace(solution, values=values, stages=stages)
+
+
+def shoot_twisted_rod(near: Solution) -> tuple[float, float]:
+    """Moment and distance of the clamps of the buckled rod by shooting, turned so that the force lies in one plane."""
+    equations = runpy.run_path(str(EXAMPLES / "twisted_rod.py"))["equations"]
+    turn = near["turn"]
+    c, s = np.cos(turn / 2), np.sin(turn / 2)
+
+    def end(x: np.ndarray) -> np.ndarray:
+        start = [x[0], 0.0, *x[1:], 1.0, *[0.0] * 6]
+        names = near.unknowns
+
+        def rate(at: float, y: np.ndarray) -> list[float]:
+            return equations(at, SimpleNamespace(**dict(zip(names, y, strict=True))), None)
+
+        return solve_ivp(rate, (0, 1), start, rtol=1e-11, atol=1e-12, method="DOP853").y[:, -1]
+
+    def misfit(x: np.ndarray) -> list[float]:
+        y = end(x)
+        q = y[6:10]
+        return [y[2], c * q[1] + s * q[2], c * q[2] - s * q[1], c * q[3] - s * q[0], y[10], y[11]]
+
+    there = rotated(near, -np.arctan2(near["n2"][0], near["n1"][0]))
+    guess = np.delete(there.values[0, :6], 1)
+    found = least_squares(misfit, guess + 0.02 * np.array([1, 0, -1, 1, 1]), xtol=1e-13, ftol=1e-15, gtol=1e-13)
+    return float(end(found.x)[5]), float(end(found.x)[12])

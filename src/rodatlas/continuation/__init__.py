@@ -15,6 +15,7 @@ from rodatlas.continuation.discrete.solution import Solution
 from rodatlas.continuation.locus.follow import follow_locus
 from rodatlas.continuation.locus.switch import fold_locus_at
 from rodatlas.continuation.problem.bvp import BVP
+from rodatlas.continuation.problem.continuous import ContinuousSymmetry, is_symmetry
 from rodatlas.continuation.problem.functions import erf, tabulated
 from rodatlas.continuation.problem.layout import Inner
 from rodatlas.continuation.problem.observable import end_value, integral_of, value_at
@@ -24,9 +25,9 @@ from rodatlas.continuation.results.locus import Locus, LocusEvent, LocusPoint
 from rodatlas.continuation.symmetric.isotropy import broken_at, image, isotropy
 
 __all__ = [
-    "BVP", "Branch", "Discrepancy", "EndReason", "Inner", "Locus", "LocusEvent", "LocusPoint", "MeshControl",
-    "NewtonCode", "NewtonOptions", "NormalForm", "NotConverged", "Point", "Solution", "SpecialPoint", "Status",
-    "StepControl", "Symmetry", "TraceOptions", "broken_at", "deflated_solve", "end_value", "erf", "fold_locus_at",
-    "follow", "follow_locus", "image", "integral_of", "isotropy", "other_solutions", "sensitivity", "solve", "switch",
-    "switch_all", "tabulated", "trace", "value_at",
+    "BVP", "Branch", "ContinuousSymmetry", "Discrepancy", "EndReason", "Inner", "Locus", "LocusEvent", "LocusPoint",
+    "MeshControl", "NewtonCode", "NewtonOptions", "NormalForm", "NotConverged", "Point", "Solution", "SpecialPoint",
+    "Status", "StepControl", "Symmetry", "TraceOptions", "broken_at", "deflated_solve", "end_value", "erf",
+    "fold_locus_at", "follow", "follow_locus", "image", "integral_of", "is_symmetry", "isotropy", "other_solutions",
+    "sensitivity", "solve", "switch", "switch_all", "tabulated", "trace", "value_at",
 ]  # fmt: skip

@@ -116,11 +116,12 @@ def joined(frame: Frame, options: TraceOptions, forward: Half, backward: Half | 
         discrepancies = [flipped_discrepancy(d) for d in reversed(doubts)] + discrepancies
         first, failure = backward.end, backward.failure
         spent += backward.walker.newton_iterations
+    unfolding = max(half.walker.unfolding for half in (forward, backward) if half is not None)
     repeated = sum(s.repeated for half in (forward, backward) if half is not None for s in half.steps)
     return Branch(
         names, tuple(points), tuple(special), (first, forward.end), tuple(discrepancies), spent,
         (failure, forward.failure), {"problem": bvp.name, **options.settings()},
-        verified(points, special, discrepancies, repeated),
+        replace(verified(points, special, discrepancies, repeated), unfolding=unfolding),
     )  # fmt: skip
 
 

@@ -92,10 +92,11 @@ class Frame:
         carry = old.carrier(new)
         previous = None if self.previous is None else carry(self.previous)
         modes = None if self.modes is None else tuple(map(carry, self.modes))
+        x, tangent = carry(self.x), carry(self.tangent)
+        new.hold(x, new.phase, tangent)
         return replace(
-            self, colloc=new, x=carry(self.x), tangent=carry(self.tangent), previous=previous, modes=modes,
-            ahead=tuple(map(carry, self.ahead)),
-        )  # fmt: skip
+            self, colloc=new, x=x, tangent=tangent, previous=previous, modes=modes, ahead=tuple(map(carry, self.ahead))
+        )
 
 
 def unit_tangent(colloc: Collocation, fac: Factorization, along: Columns) -> Columns:

@@ -15,6 +15,7 @@ from rodatlas.continuation.curve.point import Frame, first_frame
 from rodatlas.continuation.curve.settle import across, at_own_parameter, settled
 from rodatlas.continuation.discrete.collocation import Collocation, Scale, free_indices
 from rodatlas.continuation.discrete.newton import NewtonCode, Row, fixed, is_singular_around
+from rodatlas.continuation.discrete.phase import phased
 from rodatlas.continuation.discrete.solution import Solution
 from rodatlas.continuation.linear.matrix import Columns
 from rodatlas.continuation.problem.bvp import BVP
@@ -63,12 +64,26 @@ def first_state(
     by_hand = not np.isfinite(guess.error)  # from a computed solution a step that is too long should fail
     while True:
         try:
-            return _settled_start(bvp, guess, indices, options, scale, by_hand)
+            return _on_orbit(bvp, guess, indices, options, scale, by_hand)
         except NotConverged as error:
             finer = MORE * guess.intervals
             if not by_hand or error.code is not EndReason.UNREFINED or finer > options.mesh.intervals[1]:
                 raise
         guess = guess.remesh(np.interp(np.arange(finer + 1) / MORE, np.arange(guess.intervals + 1), guess.mesh))
+
+
+def _on_orbit(bvp: BVP, guess: Solution, free: list[int], options: TraceOptions, scale: Scale, by_hand: bool) -> Frame:
+    """The first frame, with as many phase conditions as the solution needs, which may be less than the guess does."""
+    inside, indices = phased(bvp, guess, free, scale)
+    while True:
+        frame = _settled_start(inside, guess, indices, options, scale, by_hand)
+        if not inside.phases:
+            return frame
+        solution, before = frame.colloc.solution(frame.x, frame.error), inside.phases
+        inside, indices = phased(bvp, solution, free, scale)
+        if inside.phases >= before:
+            return frame
+        guess = solution
 
 
 def _settled_start(
@@ -98,7 +113,8 @@ def _settled_start(
         _refuse_singular(frame.colloc, frame.x, frame.colloc.row(frame.tangent), where, frame.tangent)
     if found.missed is not None:
         solution = frame.colloc.solution(frame.x, frame.error)
-        raise NotConverged(found.missed, f"{solution!r}", solution)
+        everywhere = not frame.weakness > DOUBTFUL  # singular all along the branch
+        raise NotConverged(NewtonCode.SINGULAR if everywhere else found.missed, f"{solution!r}", solution)
     return frame
 
 

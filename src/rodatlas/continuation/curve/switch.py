@@ -15,10 +15,16 @@ from rodatlas.continuation.curve.start import check_belongs
 from rodatlas.continuation.curve.trace import follow
 from rodatlas.continuation.discrete.collocation import Collocation, Scale, add, free_indices, scaled
 from rodatlas.continuation.discrete.newton import newton, plane
+from rodatlas.continuation.discrete.phase import fitted, orbit_directions, phased, with_phases
 from rodatlas.continuation.linear.matrix import Columns
 from rodatlas.continuation.problem.bvp import BVP
 from rodatlas.continuation.results.branch import Branch, EndReason, Point, SpecialPoint
 from rodatlas.continuation.singular.augmented import kernel_directions
+
+UNDECLARED = (
+    "at: expected isolated branches, got a branch point from which a circle of branches leaves. The problem has a "
+    "continuous symmetry: declare it, as a ContinuousSymmetry among its `symmetries`, and one member is followed"
+)
 
 
 def switch(
@@ -43,7 +49,12 @@ def switch(
     Raises
     ------
     ValueError
-        when `at` is no branch point, or one where a continuous family of branches meets.
+        when `at` is no branch point, or one from which a circle of branches leaves that no declared symmetry explains.
+
+    Notes
+    -----
+    Where a declared continuous symmetry moves the other branches around, `rays` has one member of each circle, which is
+    followed with a phase condition.
 
     See Also
     --------
@@ -91,6 +102,12 @@ class _Departure:
     bend: Columns | None
     step: float
 
+    @property
+    def guess(self) -> Columns:
+        """Where the branch is expected after the first step."""
+        terms = [(self.step, self.origin.tangent)] + ([(self.step**2 / 2, self.bend)] if self.bend else [])
+        return add(self.origin.x, *terms)
+
 
 def _check(bvp: BVP, at: SpecialPoint, side: int, ray: int | None) -> None:
     """Raise ValueError when no branch can be followed from here, or the choice does not exist."""
@@ -100,11 +117,8 @@ def _check(bvp: BVP, at: SpecialPoint, side: int, ray: int | None) -> None:
         raise ValueError(f"at: expected a branch point, got a {at.kind}")
     if side not in (1, -1):
         raise ValueError(f"side: expected 1 or -1, got {side!r}")
-    if at.continuum:
-        raise ValueError(
-            "at: expected isolated branches, got a branch point from which a continuous family of branches leaves: add "
-            "a phase condition to the problem that picks one member of the family"
-        )
+    if at.continuum and not bvp.generators:
+        raise ValueError(UNDECLARED)
     count = max(4, len(at.rays)) if at.multiplicity == 1 else len(at.rays)
     if ray is not None and not 0 <= ray < count:
         raise ValueError(f"ray: expected 0 to {count - 1}, got {ray!r}")
@@ -115,8 +129,9 @@ def _departure(
     bvp: BVP, at: SpecialPoint, free: tuple[str, ...], options: TraceOptions, ray: int, scale: Scale | None
 ) -> _Departure | None:
     """Where and how to leave a branch point along one of its rays; None when the ray does not exist."""
-    scale = scale or at.scale or Scale.of(bvp, at.solution)
-    colloc = Collocation.at(bvp, at.solution, free_indices(bvp, free), scale, options.backend)
+    scale, indices = scale or at.scale or Scale.of(bvp, at.solution), free_indices(bvp, free)
+    inside, all_free = phased(bvp, at.solution, indices, scale)
+    colloc = Collocation.at(inside, at.solution, all_free, scale, options.backend)
     x0, step = colloc.state(at.solution), options.step.initial
     bend: Columns | None
     if at.multiplicity > 1:
@@ -133,7 +148,21 @@ def _departure(
         if other is None:
             return None
         direction = scaled(other, 1.0 if ray % 2 == 0 else -1.0)
-    return _Departure(Frame(colloc, x0, direction, (0.0, 0.0), error=at.solution.error), bend, step)
+    start = _Departure(Frame(colloc, x0, direction, (0.0, 0.0), error=at.solution.error), bend, step)
+    return _onto_orbit(bvp, start, indices)
+
+
+def _onto_orbit(bvp: BVP, start: _Departure, free: list[int]) -> _Departure:
+    """The departure with as many phase conditions as the branch needs, which the first state expected on it tells."""
+    if not bvp.generators:
+        return start
+    old, origin = start.origin.colloc, start.origin
+    inside, indices = with_phases(bvp, len(orbit_directions(old, start.guess)), free)
+    new = Collocation(inside, old.mesh, old.scheme.points, old.base, indices, old.scale, old.backend)
+    k = len(indices)
+    new.hold(fitted(start.guess, k))
+    origin = replace(origin, colloc=new, x=fitted(origin.x, k), tangent=fitted(origin.tangent, k))
+    return replace(start, origin=origin, bend=start.bend and fitted(start.bend, k))
 
 
 def _along_ray(
@@ -174,7 +203,8 @@ def _followed(at: SpecialPoint, start: _Departure, options: TraceOptions, first_
 
 
 def _first_point(at: SpecialPoint, origin: Frame) -> Point:
-    return Point(at.solution, 0.0, origin.tangent.scalars.copy(), origin.fold_test, 0.0)
+    tangent = origin.tangent.scalars[: len(origin.colloc.free) - origin.colloc.bvp.phases]
+    return Point(at.solution, 0.0, tangent.copy(), origin.fold_test, 0.0)
 
 
 def _stuck(bvp: BVP, at: SpecialPoint, free: tuple[str, ...], options: TraceOptions, origin: Frame) -> Branch:
@@ -196,13 +226,14 @@ def _other_direction(
         size = colloc.norm(d)
         bend = scaled(_in_units(at.bend, scale, colloc), size**-2) if at.bend else None
         return scaled(d, 1.0 / size), bend
-    parameter = Columns(np.zeros_like(x0.stage), np.zeros_like(x0.mesh), np.eye(len(free))[0])
+    parameter = Columns(np.zeros_like(x0.stage), np.zeros_like(x0.mesh), np.eye(len(colloc.free))[0])
     found = kernel_directions(colloc, x0, parameter)
     return (found[1][1] if found else None), None
 
 
 def _in_units(v: Columns, scale: Scale, colloc: Collocation) -> Columns:
     """A vector measured in the units of `scale`, in those of `colloc`."""
+    v, scale = fitted(v, len(colloc.free)), scale.with_unfolding(colloc.bvp)
     unknowns = scale.unknowns / colloc.scale.unknowns
     parameters = (scale.parameters / colloc.scale.parameters)[colloc.free]
     return Columns(v.stage * unknowns, v.mesh * unknowns, v.scalars * parameters)

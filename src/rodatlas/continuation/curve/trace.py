@@ -11,6 +11,7 @@ import numpy as np
 from rodatlas.continuation.checks import check_each, check_type
 from rodatlas.continuation.curve.join import Guard, Half, joined
 from rodatlas.continuation.curve.options import TraceOptions
+from rodatlas.continuation.curve.orbit import bare
 from rodatlas.continuation.curve.point import Frame
 from rodatlas.continuation.curve.resolve import resolved
 from rodatlas.continuation.curve.retrace import rechecked
@@ -156,12 +157,17 @@ def follow(
     """
     check_type("frame", frame, Frame, "a frame: see `trace` for runs from a Solution")
     check_type("options", options, TraceOptions, "TraceOptions")
-    guard = Guard()
+    guard, bvp = Guard(), frame.colloc.bvp
     watched = guard.options(options)
 
     def way(sense: float) -> Half:
         walker = Walker(frame if sense > 0 else frame.reversed(), watched, sense * arclength)
         return Half(walker, guard, options.on_point)
 
-    branch = walked(way, partial(joined, frame, options), "branch", both, start)
-    return resolved(rechecked(branch, frame, options), frame, options)
+    try:
+        branch = walked(way, partial(joined, frame, options), "branch", both, start)
+    except BaseException as error:
+        if hasattr(error, "branch"):
+            error.branch = bare(error.branch, bvp)
+        raise
+    return bare(resolved(rechecked(branch, frame, options), frame, options), bvp)

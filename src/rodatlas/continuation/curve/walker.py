@@ -81,6 +81,7 @@ class Walker:
         self.end: EndReason | None = None
         self.failure: NewtonCode | None = None
         self.newton_iterations = 0
+        self.unfolding = 0.0  # largest unfolding parameter of phase conditions
         self._first = self._point(frame, arclength, 0, 0.0)
         self.last = self._first
         self._step = options.step.initial
@@ -311,6 +312,7 @@ class Walker:
 
     def _point(self, frame: Frame, arclength: float, iterations: int, step: float) -> Point:
         solution = frame.colloc.solution(frame.x, frame.error)
+        self.unfolding = max(self.unfolding, frame.colloc.unfolding(frame.x))
         index = self.options.index(solution) if self.options.index is not None else None
         return Point(
             solution, arclength, frame.tangent.scalars.copy(), frame.fold_test, frame.branch_test[0], index, iterations,

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from typing import Any, Protocol
+from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
 
@@ -18,6 +18,9 @@ from rodatlas.continuation.linear.gauss import gauss_scheme
 from rodatlas.continuation.linear.matrix import Blocks, BorderedMatrix, Columns, Factorization, factor
 from rodatlas.continuation.problem.bvp import BVP
 from rodatlas.continuation.problem.evaluator import Evaluator
+
+if TYPE_CHECKING:
+    from rodatlas.continuation.discrete.phase import Phase
 
 
 class Projection(Protocol):
@@ -46,6 +49,16 @@ class Scale:
         largest = np.maximum(1.0, np.abs(solution.stages).max(axis=(0, 1)))
         unknowns = [bvp.scales.get(name, largest[i]) for i, name in enumerate(bvp.unknowns)]
         return cls(np.array(unknowns, float), np.array([bvp.scales.get(name, 1.0) for name in bvp.parameters], float))
+
+    def with_unfolding(self, bvp: BVP) -> Scale:
+        """The units with those of the problem's unfolding parameters, one each, behind the user's."""
+        return replace(self, parameters=with_unfolding(bvp, self.parameters, 1.0))
+
+
+def with_unfolding(bvp: BVP, parameters: np.ndarray, value: float = 0.0) -> np.ndarray:
+    """The user's parameters and the problem's unfolding parameters, which are zero when they were not among them."""
+    count = len(bvp.parameters)
+    return np.append(parameters[:count], np.full(max(0, count - len(parameters)), value))
 
 
 @dataclass(frozen=True)
@@ -114,15 +127,19 @@ class Collocation:
     scale : Scale
     within : subspace of symmetric states in which Newton's method stays, see
         :mod:`rodatlas.continuation.symmetric.isotropy`
+
+    A problem with room for phase conditions (:meth:`BVP.unfolded`) gets them in :meth:`hold`, or from the first state
+    that is linearised.
     """
 
     def __init__(
         self, bvp: BVP, mesh: np.ndarray, points: int, base: np.ndarray, free: Sequence[int], scale: Scale,
         backend: str | None = None, within: Projection | None = None,
     ):  # fmt: skip
+        scale, self.base = scale.with_unfolding(bvp), with_unfolding(bvp, base)
         self.bvp, self.scheme, self.scale, self.backend, self.within = bvp, gauss_scheme(points), scale, backend, within
-        self.base, self.free = base.copy(), np.array(free, dtype=np.int64)
-        self._coordinates = bvp.coordinates(base)
+        self.free, self._coordinates = np.array(free, dtype=np.int64), bvp.coordinates(self.base)
+        self.phase: Phase | None = None
         self.mesh = bvp.layout.fitted(mesh)
         self.step = np.diff(self.mesh)
         self.count = len(self.step) * points
@@ -131,8 +148,8 @@ class Collocation:
         self._su, self._sp = scale.unknowns, scale.parameters[self.free]
         sp = bvp.sparsity
         self._jac_scale = self._su[sp.cols] / self._su[sp.rows]
-        self._quadrature = (self.step[:, None] * self.scheme.weights)[:, :, None]
-        self._norm = bvp.layout.weights[self.part][:, None, None] * self._quadrature
+        self.quadrature = (self.step[:, None] * self.scheme.weights)[:, :, None]
+        self._norm = bvp.layout.weights[self.part][:, None, None] * self.quadrature
         self._field = Evaluator(bvp.traced.field, self.count)
         self._ends = Evaluator(bvp.traced.ends, 1)
         self._has_densities = bvp.traced.densities.numel_out(0) > 0
@@ -148,11 +165,28 @@ class Collocation:
         scale = scale or Scale.of(bvp, solution)
         return cls(bvp, solution.mesh, solution.points, solution.parameters, free, scale, backend)
 
+    def hold(
+        self, reference: Columns, like: Phase | None = None, tangent: Columns | None = None,
+        away: Columns | None = None,
+    ) -> None:  # fmt: skip
+        """Refer the phase conditions, if the problem has some, to a state; `like` those of a state near by.
+
+        `away` is a state on the branch that leaves there, whose orbit counts where the state itself is not moved.
+        """
+        from rodatlas.continuation.discrete.phase import phase_at, renewed
+
+        if self.bvp.phases and like is not None and tangent is not None:
+            self.phase = renewed(self, reference, like, tangent, away)
+        elif self.bvp.phases:
+            self.phase = phase_at(self, reference, away)
+
     def on(self, mesh: np.ndarray) -> Collocation:
         """The same discretisation on another mesh."""
-        return Collocation(
+        new = Collocation(
             self.bvp, mesh, self.scheme.points, self.base, list(self.free), self.scale, self.backend, self.within
         )  # fmt: skip
+        new.phase = self.phase and self.phase.on(self, new)
+        return new
 
     def kept(self, key: str, make: Callable[[], Any]) -> Any:
         """Something that belongs to this discretisation, made when it is first asked for."""
@@ -180,17 +214,9 @@ class Collocation:
         return p
 
     def solution(self, x: Columns, error: float = float("nan")) -> Solution:
-        p = self.bvp.values(self.parameters(x))
-        bare = Solution(
-            self.bvp.unknowns,
-            self.bvp.parameter_names,
-            self.mesh,
-            x.mesh * self._su,
-            x.stage * self._su,
-            p,
-            error,
-            places=self.bvp.places(p),
-        )
+        names, p = self.bvp.own_parameters, self.bvp.values(self.parameters(x))
+        values, stages, places = x.mesh * self._su, x.stage * self._su, self.bvp.places(p)
+        bare = Solution(self.bvp.unknowns, names, self.mesh, values, stages, p[: len(names)], error, places=places)
         return replace(bare, observables=self.observables(x))
 
     def observables(self, x: Columns) -> dict[str, float]:
@@ -198,7 +224,7 @@ class Collocation:
         slots = self.bvp.observable_slots()
         ends = self._ends(x.mesh[[0, -1]] * self._su, self.parameters(x))[0][0] if slots else None
         dens = self._integrand(x)[0] if slots and self._has_densities else None
-        weights = self._quadrature.reshape(-1)
+        weights = self.quadrature.reshape(-1)
         out = {}
         for name, (kind, i) in slots.items():
             value = ends[i] if kind == "end" else weights @ dens[:, i]  # type: ignore[index]
@@ -235,10 +261,27 @@ class Collocation:
     def norm(self, v: Columns) -> float:
         return float(np.sqrt(self.inner(v, v)))
 
+    def unfolding(self, x: Columns) -> float:
+        """Largest unfolding parameter of the phase conditions, which vanishes at solutions."""
+        k, r = len(self.free), self.bvp.phases
+        return float(np.abs(x.scalars[k - r : k]).max(initial=0.0))
+
     # -- first derivatives ----------------------------------------------------------------------------------------
 
     def linearize(self, x: Columns) -> Linearization:
-        """Residual and derivatives at the state x (only its first len(free) scalars are used)."""
+        """Residual and derivatives at the state x (only its first len(free) scalars are used).
+
+        Phase conditions that refer to no state yet refer to this one from here on.
+        """
+        if not self.bvp.phases:
+            return self.bare_linearization(x)
+        if self.phase is None:
+            self.hold(x)
+        assert self.phase is not None
+        return self.phase.added(self, x, self.bare_linearization(x))
+
+    def bare_linearization(self, x: Columns) -> Linearization:
+        """The same without phase conditions, for which rows and columns of zeros stand."""
         n_int, m, n = x.stage.shape
         k = len(self.free)
         p = self.parameters(x)
@@ -258,7 +301,7 @@ class Collocation:
         dense_scal = np.zeros((self.bvp.n_integral, k))
         if self.bvp.n_integral:
             densities, g_u, g_p = self._integrand(x)
-            w = self._quadrature.reshape(-1)
+            w = self.quadrature.reshape(-1)
             for i in range(self.bvp.n_integral):
                 residual.dense[i] = w @ densities[:, i]
                 dense[i] = (w[:, None] * g_u[:, :, i] * self._su).reshape(n_int, m, n)
@@ -288,7 +331,7 @@ class Collocation:
             scal = b_p.reshape(-1, b.shape[1])[self.free, i] * self._sp
             return float(b[0, i]), Row(scal, ends=(left, right))
         g, g_u, g_p = self._integrand(x)
-        w = self._quadrature.reshape(-1)
+        w = self.quadrature.reshape(-1)
         stage = (w[:, None] * g_u[:, :, i] * self._su).reshape(x.stage.shape)
         return float(w @ g[:, i]), Row((w @ g_p[:, :, i])[self.free] * self._sp, stage)
 

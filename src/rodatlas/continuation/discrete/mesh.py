@@ -155,7 +155,8 @@ def halves_of(colloc: Collocation, x: Columns, tangent: Columns | None = None) -
     again = factorization.solve(fine.right_hand_side(fine.linearize(add(y, (1.0, dx))).residual, [row], [0.0]))
     error, noise = (relative_change(colloc, x, Columns(d.stage, d.mesh[::2], d.scalars)) for d in (dx, again))
     jump = jump_error(residual_of(colloc, x), colloc.step)
-    return Halves(fine, factorization, ErrorEstimate(max(error, jump), noise, jump > 0.0))
+    error = max(error, jump, fine.unfolding(add(y, (1.0, dx))))
+    return Halves(fine, factorization, ErrorEstimate(error, noise, jump > 0.0))
 
 
 def relative_change(colloc: Collocation, x: Columns, dx: Columns) -> float:

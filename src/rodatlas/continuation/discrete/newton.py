@@ -23,7 +23,10 @@ class NewtonCode(Enum):
     CONVERGED = "converged"
     DIVERGED = "Newton's corrections grow: start closer to a solution, or take a smaller step"
     SLOW = "Newton converges too slowly: start closer to a solution, take a smaller step or refine the mesh"
-    SINGULAR = "the linearised problem is singular: check that boundary conditions are independent, or leave this point"
+    SINGULAR = (
+        "the linearised problem is singular: check that boundary conditions are independent, declare the continuous "
+        "symmetry that may move this state (ContinuousSymmetry), or leave this point"
+    )
     NOT_FINITE = "the right-hand side or a boundary condition returned NaN or infinity: keep the unknowns in its domain"
 
 

@@ -41,8 +41,7 @@ def gradient_of_product(colloc: Collocation, x: Columns, v: Columns, w: Blocks) 
     scal = scal + e_p[0]
     if bvp.n_integral:
         weight = np.zeros((colloc.count, t.densities.numel_out(0)))
-        weights = (colloc.step[:, None] * colloc.scheme.weights).reshape(-1, 1)
-        weight[:, : bvp.n_integral] = weights * w.dense[: bvp.n_integral]
+        weight[:, : bvp.n_integral] = colloc.quadrature.reshape(-1, 1) * w.dense[: bvp.n_integral]
         d_u, d_p = densities(colloc.gauss, u, p, vu, vp, weight)
         stage = stage + d_u.reshape(n_int, m, n) * su
         scal = scal + d_p.sum(axis=0)

@@ -9,10 +9,12 @@ from rodatlas.continuation.checks import check_each, check_type
 from rodatlas.continuation.curve.bounds import Crossing, are_finite, crossed
 from rodatlas.continuation.curve.doubt import ErrorWatch, marked
 from rodatlas.continuation.curve.options import TraceOptions
+from rodatlas.continuation.curve.orbit import bare_scale, member_near
 from rodatlas.continuation.curve.trace import NotConverged
 from rodatlas.continuation.curve.ways import walked
 from rodatlas.continuation.discrete.collocation import add, arc_length, free_indices, scaled
 from rodatlas.continuation.discrete.newton import NewtonCode
+from rodatlas.continuation.discrete.phase import phased
 from rodatlas.continuation.locus.double_zeros import cut_between
 from rodatlas.continuation.locus.events import PITCHFORK, crowded, locate, watched, with_sure_signs
 from rodatlas.continuation.locus.extremum import follow_extremum
@@ -81,7 +83,8 @@ def follow_locus(
     free_indices(bvp, [names[0], *names[3 if unprotected else 2 :]])
     options.check_names(bvp, names)
     _check_inside(start, options)
-    frame = first_frame(bvp, sought, start, index, options)
+    inside, index = phased(bvp, member_near(bvp, start) or start.solution, index, start.scale)
+    frame = first_frame(inside, sought, start, index, options)
     if frame is None or (unprotected and not is_near(frame, start)):
         raise NotConverged(NewtonCode.SLOW, f"start of the locus at {start!r}")
     if sought.kind == "branch point":
@@ -105,7 +108,8 @@ def _joined(forward: _Walk, backward: _Walk | None, start: EndReason) -> Locus:
     sought, bvp = forward.sought, forward.start.colloc.bvp
     return Locus(
         sought.kind, forward.names, tuple(points), tuple(events), (first, forward.end or EndReason.INTERRUPTED),
-        forward.start.colloc.scale, {"problem": bvp.name, **forward.options.settings()}, sought.pitchfork,
+        bare_scale(forward.start.colloc.scale, bvp), {"problem": bvp.name, **forward.options.settings()},
+        sought.pitchfork,
     )  # fmt: skip
 
 
@@ -275,8 +279,8 @@ class _Walk:
     def _point(self, frame: LocusFrame) -> LocusPoint:
         solution = frame.colloc.solution(frame.x, frame.error)
         return LocusPoint(
-            solution, self.arclength, frame.tangent.scalars.copy(), frame.tests.values, frame.unfolding,
-            frame.iterations,
+            solution, self.arclength, frame.tangent.scalars[: len(self.names)].copy(), frame.tests.values,
+            frame.unfolding, frame.iterations,
         )  # fmt: skip
 
     def _breaks_up(self, frame: LocusFrame) -> bool:

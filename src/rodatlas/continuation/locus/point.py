@@ -23,6 +23,7 @@ from rodatlas.continuation.locus.value import ValueLocal, value_problem
 from rodatlas.continuation.results.branch import SpecialPoint
 from rodatlas.continuation.singular.bordered import Border, Tests
 
+AWAY = 0.01  # distance at which a branch that leaves a branch point is moved by symmetries that do not move the point
 RATE_MARGIN = 20.0  # safety of the rate of convergence that one step tells the next
 SHARP = 3e-8  # distance from the solution at which test functions are as good as exact
 
@@ -210,9 +211,9 @@ def on_mesh(frame: LocusFrame, mesh: np.ndarray) -> LocusFrame:
     tests = replace(frame.tests, weakest=weakest if weakest is None else carry(weakest))
     vectors = tuple(carry(v) for v in frame.border.vectors)
     border = Border(vectors, _carried_column(frame, new))
-    return replace(
-        frame, colloc=new, x=carry(frame.x), tangent=carry(frame.tangent), border=border, tests=tests, behind=behind
-    )
+    x, tangent = carry(frame.x), carry(frame.tangent)
+    new.hold(x, new.phase, tangent, add(x, (AWAY, vectors[-1])) if len(vectors) == 2 else None)
+    return replace(frame, colloc=new, x=x, tangent=tangent, border=border, tests=tests, behind=behind)
 
 
 def _carried_column(frame: LocusFrame, new: Collocation) -> Blocks:

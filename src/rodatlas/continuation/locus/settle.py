@@ -12,6 +12,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from rodatlas.continuation.curve.options import TraceOptions
+from rodatlas.continuation.curve.orbit import member_near
 from rodatlas.continuation.curve.settle import Settled, settle
 from rodatlas.continuation.curve.start import NotConverged, on_allowed_mesh
 from rodatlas.continuation.discrete.collocation import Collocation, Scale, add, scaled
@@ -66,6 +67,8 @@ def first_frame(
     if options.within:
         solution = solution.remesh(symmetric_mesh(solution.mesh))
     colloc = Collocation.at(bvp, solution, free, start.scale or Scale.of(bvp, start.solution), options.backend)
+    near = member_near(bvp.plain, start) if bvp.phases else None
+    colloc.hold(colloc.state(solution), away=None if near is None else colloc.state(near))
     frame = frame_at(sought, colloc, restrict(colloc, options.within, colloc.state(solution), controls=2), options)
     if frame is None:
         return None

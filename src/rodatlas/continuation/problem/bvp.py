@@ -10,9 +10,10 @@ from typing import Any
 
 import numpy as np
 
+from rodatlas.continuation.problem.continuous import ContinuousSymmetry, Generator, generators
 from rodatlas.continuation.problem.layout import Inner, Place, check_place
 from rodatlas.continuation.problem.observable import Observable, check_function
-from rodatlas.continuation.problem.symmetry import Symmetry, checked, widened
+from rodatlas.continuation.problem.symmetry import Symmetry, check_names, checked, widened
 from rodatlas.continuation.problem.traced import Statement, Trace
 
 
@@ -40,9 +41,10 @@ class BVP:
     scales : mapping of str to float
         typical size of unknowns and parameters; it enters the arclength norm. Missing unknowns are scaled by
         the first solution of a run, missing parameters by one.
-    symmetries : sequence of Symmetry
-        maps of solutions to solutions, tested here; attributes `symmetries` (by name) and `gauges` hold them as
-        :class:`rodatlas.continuation.problem.symmetry.Action`.
+    symmetries : sequence of Symmetry and ContinuousSymmetry
+        maps of solutions to solutions, tested here; attributes `symmetries` (by name) and `gauges` hold the discrete
+        ones as :class:`rodatlas.continuation.problem.symmetry.Action`, `generators` the continuous ones. Where a state
+        breaks one of these, a phase condition is added that holds one member of its orbit.
     identities : callable
         `identities(u, p)` returns what vanishes all along every solution, such as the length of a quaternion minus
         one; symmetries have to hold only where it does.
@@ -93,7 +95,7 @@ class BVP:
         parameters: Mapping[str, float] | None = None,
         observables: Mapping[str, Observable] | None = None,
         scales: Mapping[str, float] | None = None,
-        symmetries: Sequence[Symmetry] = (),
+        symmetries: Sequence[Symmetry | ContinuousSymmetry] = (),
         identities: Callable[[Any, Any], Any] | None = None,
         interval: tuple[Place, Place] = (0.0, 1.0),
         breakpoints: Sequence[Place] = (),
@@ -114,7 +116,13 @@ class BVP:
             self.unknowns, self.parameters, self.log, functions[0], boundary, functions[1], _interval(interval),
             _places("breakpoints", breakpoints), _inner(inner), self.observables, identities,
         ))  # fmt: skip
-        self.symmetries, self.gauges = checked(self, symmetries)
+        self.phases, self.plain = 0, self
+        self._unfolded: dict[int, BVP] = {}
+        check_names(symmetries)
+        self.symmetries, self.gauges = checked(self, [x for x in symmetries if isinstance(x, Symmetry)])
+        self.generators: tuple[Generator, ...] = generators(
+            self, [x for x in symmetries if isinstance(x, ContinuousSymmetry)]
+        )
 
     def _state(self, said: Statement) -> None:
         """Trace a statement, and count its conditions."""
@@ -167,6 +175,8 @@ class BVP:
 
     def with_parameter(self, name: str) -> BVP:
         """The same problem with one more parameter, zero and without effect."""
+        if self.phases:
+            return self.plain.with_parameter(name).unfolded(self.phases)
         return self._restated(replace(self._said, parameters={**self.parameters, name: 0.0}))
 
     def with_value_of(self, observable: str, name: str) -> BVP:
@@ -176,14 +186,37 @@ class BVP:
 
         Parameters
         ----------
-        observable : one of the problem's; name : of the new parameter, the last one.
+        observable : one of the problem's; name : of the new parameter, the last one of the user's.
         """
+        if self.phases:
+            return self.plain.with_value_of(observable, name).unfolded(self.phases)
         held = {**self._said.held, observable: name}
         return self._restated(replace(self._said, parameters={**self.parameters, name: 0.0}, held=held))
+
+    def unfolded(self, phases: int) -> BVP:
+        """The same problem with room for phase conditions: as many integral conditions and unfolding parameters.
+
+        Both are empty here. :class:`rodatlas.continuation.discrete.phase.Phase` fills them on a mesh. `plain` is the
+        problem without them.
+        """
+        if phases == self.phases:
+            return self
+        if phases not in self._unfolded:
+            more = {f"unfolding_of_phase_{i + 1}": 0.0 for i in range(phases)}
+            new = self._restated(replace(self._said, parameters={**self.parameters, **more}, phases=phases))
+            new.phases, new.plain = phases, self
+            self._unfolded[phases] = new
+        return self._unfolded[phases]
+
+    @property
+    def own_parameters(self) -> tuple[str, ...]:
+        """Names of the parameters without those that unfold phase conditions, which come last."""
+        return self.parameter_names[: len(self.parameters) - self.phases]
 
     def _restated(self, said: Statement) -> BVP:
         """The problem of a statement with more parameters at the end, which symmetries leave alone."""
         new = copy(self)
+        new.plain, new._unfolded = new, {}
         new._state(said)
         more = len(said.parameters) - len(self.parameters)
         new.symmetries = {name: widened(action, more) for name, action in self.symmetries.items()}
@@ -193,7 +226,12 @@ class BVP:
     # -- what the engine computes with --------------------------------------------------------------------------------
 
     def coordinates(self, parameters: np.ndarray) -> np.ndarray:
-        """Parameters (np,) as they are followed: logarithms where so declared."""
+        """Parameters (np,) as they are followed: logarithms where so declared.
+
+        Those that unfold phase conditions may be left out: they are zero.
+        """
+        if len(parameters) < len(self.parameters):
+            parameters = np.append(parameters, np.zeros(len(self.parameters) - len(parameters)))
         if not self.log:
             return parameters.copy()
         if not (parameters[self._is_log] > 0).all():

@@ -8,8 +8,8 @@ from __future__ import annotations
 import ast
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, replace
-from typing import TYPE_CHECKING, Any
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any, NoReturn
 
 import numpy as np
 
@@ -23,6 +23,10 @@ SAMPLES = 5
 TOLERANCE = 1e-8
 
 Map = Mapping[str, "float | str"] | np.ndarray
+
+
+class NotRespected(ValueError):
+    """A declared symmetry is none of the problem's."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -117,11 +121,6 @@ class Action:
     def is_identity(self) -> bool:
         return not self.reverse and bool(np.abs(self.matrix - np.eye(len(self.matrix))).max() < 1e-9)
 
-    def with_parameter(self) -> Action:
-        """The same with one more parameter, the last one, which it leaves alone."""
-        k = len(self.matrix) - 1
-        return replace(self, matrix=np.insert(np.insert(self.matrix, k, 0.0, axis=0), k, np.eye(k + 2)[k], axis=1))
-
     def unknowns(self, u: np.ndarray, p: np.ndarray) -> np.ndarray:
         """Images of unknowns (..., n) at parameters (np,) or (..., np); the argument s is the caller's."""
         n = self.size
@@ -131,6 +130,16 @@ class Action:
         """Images of parameters (..., np)."""
         n = self.size
         return p @ self.matrix[n:-1, n:-1].T + self.matrix[n:-1, -1]
+
+
+def check_names(symmetries: Sequence[Any]) -> None:
+    """Raise ValueError unless symmetries of any kind have names of their own."""
+    if strangers := [x for x in symmetries if not hasattr(x, "name")]:
+        raise ValueError(f"symmetries: expected Symmetry and ContinuousSymmetry objects, got {strangers[0]!r}")
+    names = [x.name for x in symmetries]
+    for name in names:
+        if names.count(name) > 1 or not name or "*" in name:
+            raise ValueError(f"symmetries: expected distinct names without '*', got '{name}'")
 
 
 def widened(action: Action, more: int) -> Action:
@@ -150,17 +159,13 @@ def checked(bvp: BVP, symmetries: Sequence[Symmetry]) -> tuple[dict[str, Action]
     ValueError
         naming the symmetry and what it does not respect: an equation, the boundary conditions, or the integrals.
     """
-    names = [x.name for x in symmetries]
-    for name in names:
-        if names.count(name) > 1 or not name or "*" in name:
-            raise ValueError(f"symmetries: expected distinct names without '*', got '{name}'")
     actions = {x.name: x.bind(bvp.unknowns, bvp.parameter_names) for x in symmetries}
     gauges = tuple(actions[x.name] for x in symmetries if x.gauge)
     for action in actions.values():
         _refuse_logarithms(bvp, action)
     if symmetries:
         with np.errstate(all="ignore"):
-            check = _Check(bvp, gauges)
+            check = Samples(bvp, gauges)
             for action in actions.values():
                 check.field(action)
             for action in actions.values():
@@ -180,7 +185,7 @@ def _refuse_logarithms(bvp: BVP, action: Action) -> None:
                              "logarithm")  # fmt: skip
 
 
-class _Check:
+class Samples:
     """Random points of a problem, and the tests of a symmetry at them."""
 
     def __init__(self, bvp: BVP, gauges: tuple[Action, ...]):
@@ -194,46 +199,49 @@ class _Check:
         count = max(inside, bvp.n_boundary + 3)
         self.p = default + spread * self._rng.uniform(-0.5, 0.5, (count, len(default)))
         self.left, self.right = self._rng.uniform(-1.2, 1.2, (2, count, bvp.size))
-        (self.u,), self.at = self._constrained([self.left[:inside]], self.p[:inside], False)
+        (self.u,), self.at = self.constrained([self.left[:inside]], self.p[:inside], False)
         self.s = bvp.layout.samples(self._rng, each)[: len(self.u), None]
-        self.f = self._value(bvp.traced.field, self.s, self.u, self.at)
-        self.b = self._value(bvp.traced.ends, np.hstack([self.left, self.right]), self.p)[:, : bvp.n_boundary]
+        self.f = self.value(bvp.traced.field, self.s, self.u, self.at)
+        self.b = self.value(bvp.traced.ends, np.hstack([self.left, self.right]), self.p)[:, : bvp.n_boundary]
+
+    def refuse(self, name: str, what: str) -> NoReturn:
+        raise NotRespected(f"symmetries: '{name}' does not respect {what}")
 
     def field(self, action: Action) -> None:
         """f(r, S u + ..., T p + ...) = S f(s, u, p), with the sign changed when s is reversed."""
         n, traced = self.bvp.size, self.bvp.traced
-        image = self._value(traced.field, *self._image(action))
+        image = self.value(traced.field, *self._image(action))
         expected = (-1.0 if action.reverse else 1.0) * self.f @ action.matrix[:n, :n].T
-        wrong = _differences(action, "the right-hand side", expected, image)
+        wrong = differences(action.name, "the right-hand side", expected, image)
         if wrong.any():
             names = ", ".join(name for name, bad in zip(self.bvp.unknowns, wrong, strict=True) if bad)
-            raise ValueError(f"symmetries: '{action.name}' does not respect the equation for {names}")
+            self.refuse(action.name, f"the equation for {names}")
 
     def boundary(self, action: Action) -> None:
         """b(image) is a constant combination of b; or it vanishes, up to a gauge, wherever b does."""
         ends, p, q = np.hstack([self.left, self.right]), self.p, self.bvp.n_boundary
-        image = self._value(self.bvp.traced.ends, *self._image_of_ends(action, ends, p))[:, :q]
-        if _is_combination(action, "the boundary conditions", self.b, image):
+        image = self.value(self.bvp.traced.ends, *self._image_of_ends(action, ends, p))[:, :q]
+        if is_combination(action.name, "the boundary conditions", self.b, image):
             return
-        (left, right), p = self._constrained([self.left[:SAMPLES], self.right[:SAMPLES]], p[:SAMPLES], True)
+        (left, right), p = self.constrained([self.left[:SAMPLES], self.right[:SAMPLES]], p[:SAMPLES], True)
         ends, p = self._image_of_ends(action, np.hstack([left, right]), p)
         candidates = [(ends, p)] + [self._image_of_ends(g, ends, p) for g in self.gauges]
-        residuals = [np.abs(self._value(self.bvp.traced.ends, *c)[:, :q]) for c in candidates]
+        residuals = [np.abs(self.value(self.bvp.traced.ends, *c)[:, :q]) for c in candidates]
         worst = min(residuals, key=lambda r: r.max(axis=1).sum()) if len(p) else image
         best = np.min([r.max(axis=1) for r in residuals], axis=0) if len(p) else np.ones(1)
         if len(p) < 3 or not (best < 1e3 * TOLERANCE).all():
             rows = ", ".join(str(i) for i in np.flatnonzero(~(worst.max(axis=0) < 1e3 * TOLERANCE)))
-            raise ValueError(f"symmetries: '{action.name}' does not respect the boundary conditions (residuals {rows})")
+            self.refuse(action.name, f"the boundary conditions (residuals {rows})")
 
     def integrals(self, action: Action) -> None:
         """The integrands of the image are constant combinations of the integrands."""
         if not self.bvp.n_integral:
             return
         k, densities = self.bvp.n_integral, self.bvp.traced.densities
-        g = self._value(densities, self.s, self.u, self.at)[:, :k]
-        image = self._value(densities, *self._image(action))[:, :k]
-        if not _is_combination(action, "the integral conditions", g, image):
-            raise ValueError(f"symmetries: '{action.name}' does not respect the integral conditions")
+        g = self.value(densities, self.s, self.u, self.at)[:, :k]
+        image = self.value(densities, *self._image(action))[:, :k]
+        if not is_combination(action.name, "the integral conditions", g, image):
+            self.refuse(action.name, "the integral conditions")
 
     def _outputs(self, function: Any, *arguments: np.ndarray) -> list[np.ndarray]:
         """A traced function at points (K, .): outputs (K, .), matrices column-major per point; overwritten later."""
@@ -244,7 +252,7 @@ class _Check:
             self._evaluators[key] = Evaluator(function, key[1])
         return self._evaluators[key](*arguments)
 
-    def _value(self, function: Any, *arguments: np.ndarray) -> np.ndarray:
+    def value(self, function: Any, *arguments: np.ndarray) -> np.ndarray:
         return self._outputs(function, *arguments)[0].copy()
 
     def _image(self, action: Action) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -255,7 +263,7 @@ class _Check:
         left, right = (action.unknowns(x, p) for x in np.split(ends, 2, axis=1))
         return np.hstack([right, left] if action.reverse else [left, right]), action.parameters(p)
 
-    def _constrained(
+    def constrained(
         self, states: list[np.ndarray], p: np.ndarray, boundary: bool
     ) -> tuple[list[np.ndarray], np.ndarray]:
         """Nearby points where the problem's identities hold, and the boundary conditions if wanted (then p moves).
@@ -305,23 +313,23 @@ class _Check:
         return np.hstack(values), np.concatenate(rows, axis=1)
 
 
-def _differences(action: Action, where: str, one: np.ndarray, two: np.ndarray) -> np.ndarray:
+def differences(name: str, where: str, one: np.ndarray, two: np.ndarray) -> np.ndarray:
     """Columns in which two arrays (K, .) differ by more than round-off; rows that are not finite do not count."""
     good = np.isfinite(one).all(axis=1) & np.isfinite(two).all(axis=1)
     if good.sum() < 3:
-        raise ValueError(f"symmetries: '{action.name}' cannot be checked: {where} gave NaN or infinity at most points")
+        raise ValueError(f"symmetries: '{name}' cannot be checked: {where} gave NaN or infinity at most points")
     one, two = one[good], two[good]
     size = 1.0 + np.abs(np.hstack([one, two])).max(axis=1, keepdims=True, initial=0.0)
     return (np.abs(one - two) > TOLERANCE * size).any(axis=0)
 
 
-def _is_combination(action: Action, where: str, values: np.ndarray, images: np.ndarray) -> bool:
+def is_combination(name: str, where: str, values: np.ndarray, images: np.ndarray) -> bool:
     """Whether images = values R for one matrix R at all points."""
     good = np.isfinite(values).all(axis=1) & np.isfinite(images).all(axis=1)
     if good.sum() <= values.shape[1]:
         return False
     factors = np.linalg.lstsq(values[good], images[good], rcond=1e-10)[0]
-    return not _differences(action, where, values[good] @ factors, images[good]).any()
+    return not differences(name, where, values[good] @ factors, images[good]).any()
 
 
 def _affine(expression: str, names: Sequence[str]) -> np.ndarray:

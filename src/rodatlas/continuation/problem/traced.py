@@ -32,6 +32,7 @@ class Statement:
     observables: Mapping[str, Observable]
     identities: Callable[..., Any] | None
     held: Mapping[str, str] = field(default_factory=dict)  # observable -> parameter that is its value
+    phases: int = 0  # integrals of nothing, the last ones, in whose place phase conditions are put on a mesh
 
     def inner_places(self) -> list[Place]:
         """Places where something jumps, holds or is measured."""
@@ -149,6 +150,7 @@ class Trace:
             self._append(
                 said.observables[key], columns[key] - self._share(said.observables[key]) * getattr(self._p, value)
             )
+        self._rows += [(None, self._ca.SX.zeros(1), "")] * said.phases
         self.n_boundary, self.n_integral = self._boundary.numel(), len(self._rows) - self.n_inner
         for key, seen in said.observables.items():
             self._append(seen, columns[key])

@@ -68,7 +68,7 @@ class Tracer:
     def column(self, function: Callable[..., Any], field: str, names: Sequence[str] | None = None) -> Any:
         """What `function` returns as a column of SX, one entry per name where names are given."""
         expected = "numbers and expressions" if names is None else f"{len(names)} values, one per unknown"
-        if names is not None and field != "rhs":
+        if names is not None and len(names) == 1 and field != "rhs":
             expected = "one value"
         try:
             values = function(*self._arguments)

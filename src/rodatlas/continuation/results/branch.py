@@ -136,8 +136,8 @@ class SpecialPoint:
         they form families, of which `directions` holds one each.
     nearby : scaled states, one on each ray of a multiple branch point, which tell apart rays with one tangent.
     unverified : candidates of rays of a multiple branch point that could not be confirmed; 0 when all are known.
-    isotropy, breaks : names of the problem's symmetries that the solution has, and those of them that a branch through
-        the point loses.
+    isotropy, breaks : names of the problem's symmetries, discrete and continuous, that the solution has, and those of
+        them that a branch through the point loses.
     """
 
     kind: str
@@ -232,6 +232,8 @@ class Branch:
     newton_iterations : total spent, location of special points included.
     failures : why Newton last failed at an end whose reason is MIN_STEP, else None.
     settings : the options of the run, as plain values.
+    orbit : names of the continuous symmetries that move the states of the branch, which is one member of a family; it
+        was followed with phase conditions.
     """
 
     free: tuple[str, ...]
@@ -243,6 +245,7 @@ class Branch:
     failures: tuple[NewtonCode | None, NewtonCode | None] = (None, None)
     settings: Mapping[str, Any] = field(default_factory=dict)
     verification: Verification = field(default_factory=lambda: Verification(steps=0, indexed=0))
+    orbit: tuple[str, ...] = ()
 
     def save(self, path: str | os.PathLike[str]) -> None:
         """Write to an HDF5 file, which replaces an older one only when complete."""

@@ -60,6 +60,7 @@ class Verification:
     untrusted : arclength intervals on which the determinant was found to be round-off.
     unresolved : points and special points whose estimated error exceeds ten times the tolerance, or is not known
         although the mesh adapts.
+    unfolding : largest unfolding parameter of phase conditions; it vanishes at solutions, but for their error.
     """
 
     steps: int
@@ -72,6 +73,7 @@ class Verification:
     least_singular: float = float("nan")
     untrusted: tuple[tuple[float, float], ...] = ()
     unresolved: int = 0
+    unfolding: float = 0.0
 
     @property
     def complete(self) -> bool:
@@ -89,4 +91,6 @@ class Verification:
         parts += [f"{len(self.untrusted)} intervals not trusted" if self.untrusted else "all test functions trusted"]
         if self.unresolved:
             parts += [f"{self.unresolved} points miss the tolerance: raise intervals or loosen the tolerance"]
+        if self.unfolding:
+            parts += [f"phase conditions unfolded by {self.unfolding:.1e} at most"]
         return "; ".join(parts)

@@ -70,7 +70,11 @@ class ValueView:
         """Units of the view; the value's is its size, or one."""
         if not self.adds:
             return scale
-        return Scale(scale.unknowns, np.append(scale.parameters, max(1.0, abs(value))))
+        return Scale(scale.unknowns, self.parameters(scale.parameters, max(1.0, abs(value))))
+
+    def parameters(self, values: np.ndarray, value: float) -> np.ndarray:
+        """Numbers of all parameters with one of the value, which stands behind the user's."""
+        return np.insert(values, len(self.bvp.own_parameters), value)
 
     def solution(self, solution: Solution) -> Solution:
         """A solution of the problem as one of the view."""
@@ -96,7 +100,7 @@ class Lift:
         value, _ = colloc.observable_row(view.name, x)
         scale = view.scale(colloc.scale, value)
         free = view.free(names)
-        base = np.append(colloc.base, value) if view.adds else colloc.base
+        base = view.parameters(colloc.base, value) if view.adds else colloc.base
         index = [view.inside.parameter_index(n) for n in free]
         points, backend = colloc.scheme.points, colloc.backend
         self.colloc = Collocation(view.inside, colloc.mesh, points, base, index, scale, backend)

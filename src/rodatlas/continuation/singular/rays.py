@@ -14,10 +14,15 @@ from itertools import combinations_with_replacement
 import numpy as np
 
 from rodatlas.continuation.discrete.collocation import Row, add
-from rodatlas.continuation.discrete.newton import NewtonOptions, newton
+from rodatlas.continuation.discrete.newton import newton
 from rodatlas.continuation.linear.matrix import Columns
+from rodatlas.continuation.singular import families
 from rodatlas.continuation.singular.bordered import BorderedSystem, loaded
 from rodatlas.continuation.singular.kernel import Kernel, combined
+
+FITTED = 1e-7  # error of the fit, relative to the largest value, that is good enough
+SETTLED = 1e-4  # turn of a ray from one sphere to a smaller one that may be the error of the point itself
+EXACT = 1e-10  # last correction: the slope, of second order in a small distance, belongs to the iterate before it
 
 
 @dataclass(frozen=True, eq=False)
@@ -43,9 +48,11 @@ class Rays:
             return cls((), (), float("nan"), False, 1)
         radius, ratio = model.radius / 8, 1.0 / 8
         rays: list[tuple[np.ndarray, Columns]] = []
-        unverified, continuum = 0, False
-        for u, may_move in zip(*_sphere_zeros(model, ratio), strict=True):
-            family = _family(kernel, radius * u) if may_move else None
+        unverified, continuum, declared = 0, False, families.actions(kernel)
+        for u, may_move in zip(*_sphere_zeros(model, ratio, declared), strict=True):
+            at = _reduced(kernel, radius * u) if may_move and declared else None
+            family = families.member(kernel, at.state, radius) if at else None
+            family = family or (_family(kernel, radius * u) if may_move else None)
             continuum |= family is not None
             ray = family or _confirmed(kernel, model, u, ratio)
             if ray is None:
@@ -82,7 +89,7 @@ class _Value:
     contraction: float
 
 
-def _reduced(kernel: Kernel, a: np.ndarray, max_iterations: int = 6) -> _Value | None:
+def _reduced(kernel: Kernel, a: np.ndarray, max_iterations: int = 7) -> _Value | None:
     """Newton for F(x0 + Phi a + w) + B g = 0, C w = 0; None when it does not converge."""
     colloc, rows, columns = kernel.colloc, kernel.rows, kernel.columns
     g, sizes = np.zeros(len(columns)), [1.0]
@@ -97,7 +104,7 @@ def _reduced(kernel: Kernel, a: np.ndarray, max_iterations: int = 6) -> _Value |
         y, shares = b.solved(loaded(lin.residual, g, columns), (a - kernel.coordinates(x)).tolist())
         x, g = add(x, (1.0, y)), g + shares
         sizes.append(colloc.norm(y))
-        if sizes[-1] < 1e-7:
+        if sizes[-1] < EXACT or (sizes[-1] < 1e-7 and sizes[-1] > 0.3 * sizes[-2]):
             break
     else:
         return None
@@ -136,32 +143,39 @@ def _monomials(powers: np.ndarray, u: np.ndarray) -> tuple[np.ndarray, np.ndarra
 
 
 def _model(kernel: Kernel, largest: float = 0.5) -> _Model | None:
-    """Fit of the reduced map and its derivative on a ball small enough for a polynomial to represent it."""
+    """Fit of the reduced map and its derivative on a ball small enough for a polynomial to represent it.
+
+    Constant and linear terms are those of round-off in the place of the point; they are fitted and left out.
+    """
     d = len(kernel.columns)
     degree = 5 if d == 2 else 4
     powers = np.array([
-        np.bincount(chosen, minlength=d + 1) for n in range(2, degree + 1)
+        np.bincount(chosen, minlength=d + 1) for n in range(degree + 1)
         for chosen in combinations_with_replacement(range(d + 1), n)
     ])  # fmt: skip
+    kept = powers.sum(axis=1) > 1
     rng = np.random.default_rng(19)
     points = rng.normal(size=(2 * len(powers) // (d + 2) + 4, d + 1))
     points /= np.linalg.norm(points, axis=1)[:, None]
     points *= np.resize([1.0, -0.9, 0.6, -0.4], len(points))[:, None]
     values, slopes = _monomials(powers, points)
     matrix = np.concatenate([values, *np.moveaxis(slopes, 2, 0)])
-    radius = largest
+    inverse = np.linalg.pinv(matrix)
+    radius, best = largest, None
     for _ in range(12):
         samples = list(_sampled(kernel, radius, points))
         if len(samples) == len(points):
             g, dg = np.array([s.g for s in samples]), radius * np.array([s.slope for s in samples])
             right = np.concatenate([g, *np.moveaxis(dg, 2, 0)])
-            coefficients = np.linalg.lstsq(matrix, right, rcond=None)[0]
+            coefficients = inverse @ right
             size = float(np.abs(right).max())
             noise = float(np.abs(matrix @ coefficients - right).max()) / max(size, 1e-300)
-            if noise < 1e-7:
-                return _Model(radius, powers, coefficients / max(size, 1e-300), noise)
+            if best is None or noise < best.noise:
+                best = _Model(radius, powers[kept], coefficients[kept] / max(size, 1e-300), noise)
+            if noise < FITTED:
+                break
         radius /= 2
-    return None
+    return best if best is not None and best.noise < 100 * FITTED else None
 
 
 def _sampled(kernel: Kernel, radius: float, points: np.ndarray) -> Iterator[_Value]:
@@ -173,8 +187,10 @@ def _sampled(kernel: Kernel, radius: float, points: np.ndarray) -> Iterator[_Val
         yield at
 
 
-def _sphere_zeros(model: _Model, ratio: float) -> tuple[list[np.ndarray], list[bool]]:
+def _sphere_zeros(model: _Model, ratio: float, declared: list[np.ndarray]) -> tuple[list[np.ndarray], list[bool]]:
     """Zeros of the model on the sphere |u| = 1, one of each curve of zeros; whether each belongs to a curve.
+
+    `declared` are the matrices of declared symmetries, which tell which zeros belong to curves.
 
     Newton from points spread evenly and from points near coordinate planes, where branches of pitchfork type lie.
     """
@@ -182,17 +198,12 @@ def _sphere_zeros(model: _Model, ratio: float) -> tuple[list[np.ndarray], list[b
     starts = rng.normal(size=(100 * n * n, n))
     starts[::2] *= 10.0 ** -rng.uniform(0, 3, size=(len(starts[::2]), n))
     u, good = _projected(model, ratio, starts / np.linalg.norm(starts, axis=1)[:, None])
-    u = u[good]
-    distinct: list[np.ndarray] = []
-    for v in u:
-        if not distinct or np.linalg.norm(np.array(distinct) - v, axis=1).min() > 1e-4:
-            distinct.append(v)
-    if not distinct:
+    found = _thinned(u[good], 1e-4)
+    if not len(found):
         return [], []
-    found = np.array(distinct)
-    curved = _moves(model, ratio, found)
+    curved = families.moves(declared, found) if declared else _moves(model, ratio, found)
     zeros, flags = list(found[~curved]), [False] * int((~curved).sum())
-    family = found[curved]
+    family = _thinned(found[curved], 0.05)
     while len(family):  # chains of neighbours are one family
         inside = np.zeros(len(family), dtype=bool)
         inside[0], size = True, 0
@@ -204,6 +215,16 @@ def _sphere_zeros(model: _Model, ratio: float) -> tuple[list[np.ndarray], list[b
         flags.append(True)
         family = family[~inside]
     return zeros, flags
+
+
+def _thinned(points: np.ndarray, gap: float) -> np.ndarray:
+    """Points (P, .) that are further apart than a gap: of those that lie closer the first one."""
+    kept, count = np.empty_like(points), 0
+    for v in points:
+        if not count or ((kept[:count] - v) ** 2).sum(axis=1).min() > gap**2:
+            kept[count] = v
+            count += 1
+    return kept[:count]
 
 
 def _projected(
@@ -270,6 +291,7 @@ def _confirmed(kernel: Kernel, model: _Model, u: np.ndarray, ratio: float) -> tu
     The ray is followed over spheres of the radius, its half and its quarter. Where the equations are so nearly linear
     that round-off hides it there, larger spheres are tried.
     """
+    doubtful: tuple[np.ndarray, Columns] | None = None
     for factor in (1.0, 2.0, 4.0, 8.0):
         units, states, models = [], [], [u]
         for size in (factor, factor / 2, factor / 4):
@@ -277,20 +299,20 @@ def _confirmed(kernel: Kernel, model: _Model, u: np.ndarray, ratio: float) -> tu
             models.append(v[0] if good[0] else models[-1])
             radius = ratio * size * model.radius
             start = _reduced(kernel, radius * models[-1])
-            result = start and newton(kernel.colloc, start.state, [_sphere(kernel, radius)], _SPHERE)
+            result = start and newton(kernel.colloc, start.state, [_sphere(kernel, radius)], families.ON_SPHERE)
             if not (result and result.converged):
                 break
             a = kernel.coordinates(result.state)
             units.append(a / np.linalg.norm(a))
             states.append(result.state)
         turns = [float(np.linalg.norm(p - q)) for p, q in zip(units, [models[1], *units], strict=False)]
-        if len(turns) == 3 and turns[0] < 0.1 and turns[1] < 0.3 and turns[2] < 0.8 * turns[1] + 1e-6:
+        if len(turns) == 3 and turns[0] < 0.1 and turns[1] < 0.3 and turns[2] < 0.8 * turns[1] + SETTLED:
             limit = (8 * units[2] - 6 * units[1] + units[0]) / 3  # to third order in the radius
-            return limit / np.linalg.norm(limit), states[0]
-    return None
-
-
-_SPHERE = NewtonOptions(tolerance=1e-10, max_iterations=10)
+            found = limit / np.linalg.norm(limit), states[0]
+            if turns[2] < 0.8 * turns[1] + 1e-6:
+                return found
+            doubtful = doubtful or found
+    return doubtful
 
 
 def _sphere(kernel: Kernel, radius: float) -> Callable[[Columns], tuple[float, Row]]:

@@ -10,6 +10,8 @@ from rodatlas.continuation.discrete.collocation import Collocation, add, scaled
 from rodatlas.continuation.discrete.random_fields import smooth_vectors
 from rodatlas.continuation.linear.matrix import Blocks, Columns, Factorization
 
+RANDOM_WAVES = 8  # cosines in which another weak mode is sought
+
 
 def smallest_singular(
     colloc: Collocation, fac: Factorization, guess: Columns | None, scalars: int | None = None, passes: int = 1
@@ -35,21 +37,20 @@ def smallest_singulars(
     :func:`smallest_singular`, with the values and vectors of
 
     .. math:: B_{ij} = \langle x_i, M^{-1} M^{-*} x_j \rangle, \qquad B c = \sigma^{-2} c.
+
+    Where the problem declares continuous symmetries, the block has one vector more than is known from before, see
+    :func:`_another`.
     """
     if fac.sign == 0.0:
         return None
     if guess is None:
         vectors = smooth_vectors(colloc, np.random.default_rng(11), count, 2, scalars or len(colloc.free))
         guess, passes = tuple(orthonormal(colloc, vectors)), 3
-    values, own = tuple[float, ...](), colloc.bvp.n_integral
-    per_length = (colloc.step[:, None] / colloc.scheme.weights)[..., None]
+    elif colloc.bvp.generators:
+        guess = (*guess, *_another(colloc, fac, guess))
+    values = tuple[float, ...]()
     for _ in range(passes):
-        rows, images = [colloc.row(x) for x in guess], list[Columns]()
-        for row, x in zip(rows, guess, strict=True):
-            assert row.stage is not None
-            left = fac.solve_transposed(Columns(row.stage, np.zeros_like(x.mesh), row.scalars))
-            dense = np.append(left.dense[:own], np.zeros(len(left.dense) - own))
-            images.append(fac.solve(Blocks(per_length * left.stage, np.zeros_like(left.chain), left.ends, dense)))
+        rows, images = [colloc.row(x) for x in guess], [_applied(colloc, fac, x) for x in guess]
         overlaps = np.array([[row.dot(y) for y in images] for row in rows])
         sizes = np.array([colloc.norm(y) for y in images])
         if not np.isfinite(overlaps).all() or not np.isfinite(sizes).all():
@@ -60,7 +61,32 @@ def smallest_singulars(
         values = tuple(float(1.0 / np.sqrt(max(v, 1e-300))) for v in inverse[::-1])
         turned = [add(scaled(images[0], float(t[0])), *zip(t[1:].tolist(), images[1:], strict=True)) for t in turns.T]
         guess = tuple(orthonormal(colloc, turned[::-1]))
-    return guess, values
+    return guess[:count], values[:count]
+
+
+def _applied(colloc: Collocation, fac: Factorization, x: Columns) -> Columns:
+    """The inverse of M* M, with norms of functions on both sides, applied to a vector."""
+    row, own = colloc.row(x), colloc.bvp.n_integral
+    assert row.stage is not None
+    per_length = (colloc.step[:, None] / colloc.scheme.weights)[..., None]
+    left = fac.solve_transposed(Columns(row.stage, np.zeros_like(x.mesh), row.scalars))
+    dense = np.append(left.dense[:own], np.zeros(len(left.dense) - own))
+    return fac.solve(Blocks(per_length * left.stage, np.zeros_like(left.chain), left.ends, dense))
+
+
+def _another(colloc: Collocation, fac: Factorization, known: Sequence[Columns]) -> list[Columns]:
+    """A weak mode across known ones, from a random vector; none where round-off leaves nothing of it.
+
+    Under a continuous symmetry most modes come in pairs, whose zeros leave no change of sign, and modes of different
+    symmetry do not mix: iteration from known ones never leads to another that has become weaker.
+    """
+    (z,) = smooth_vectors(colloc, np.random.default_rng(41), 1, RANDOM_WAVES, len(known[0].scalars))
+    with np.errstate(all="ignore"):
+        for _ in range(2):
+            (z,) = orthonormal(colloc, [z], known)
+            z = _applied(colloc, fac, z)
+        (z,) = orthonormal(colloc, [z], known)
+    return [z] if np.isfinite(colloc.norm(z)) else []
 
 
 def orthonormal(colloc: Collocation, vectors: Sequence[Columns], first: Sequence[Columns] = ()) -> list[Columns]:

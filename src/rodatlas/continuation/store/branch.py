@@ -57,6 +57,7 @@ def load_branch(path: str | os.PathLike[str]) -> Branch:
 def write_branch(group: h5py.Group, branch: Branch) -> None:
     """Write a branch into a group of an open file."""
     put_names(group, "free", branch.free)
+    put_names(group, "orbit", branch.orbit)
     put_names(group, "ends", [reason.name for reason in branch.ends])
     put_names(group, "failures", [code.name if code else "" for code in branch.failures])
     group.attrs["newton_iterations"] = branch.newton_iterations
@@ -75,7 +76,7 @@ def read_branch(group: h5py.Group) -> Branch:
         get_names(group, "free"), _read_points(group["points"]), _read_special(group["special"]),
         (EndReason[ends[0]], EndReason[ends[1]]), _read_discrepancies(group["discrepancies"]),
         int(group.attrs["newton_iterations"]), (failures[0], failures[1]), json.loads(group.attrs["settings"]),
-        _verification(json.loads(group.attrs["verification"])),
+        _verification(json.loads(group.attrs["verification"])), get_names(group, "orbit"),
     )  # fmt: skip
 
 

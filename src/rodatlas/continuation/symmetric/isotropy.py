@@ -11,6 +11,7 @@ import numpy as np
 
 from rodatlas.continuation.checks import check_has, check_type
 from rodatlas.continuation.discrete.collocation import Collocation, Scale, add, free_indices
+from rodatlas.continuation.discrete.phase import moved_by
 from rodatlas.continuation.discrete.solution import Interpolation, Solution
 from rodatlas.continuation.linear.matrix import Columns
 from rodatlas.continuation.problem.bvp import BVP
@@ -19,6 +20,7 @@ from rodatlas.continuation.problem.symmetry import Action
 if TYPE_CHECKING:
     from rodatlas.continuation.results.branch import SpecialPoint
 
+AWAY = 0.01  # distance along a ray at which a continuous symmetry is seen to move the branch
 LARGEST_GROUP = 96
 
 
@@ -55,20 +57,27 @@ def image(bvp: BVP, symmetry: str, solution: Solution) -> Solution:
 def isotropy(
     bvp: BVP, solution: Solution, tolerance: float = 1e-5, among: Sequence[str] | None = None
 ) -> tuple[str, ...]:
-    """Names of the symmetries that leave a solution unchanged (up to a gauge).
+    """Names of the symmetries, discrete and continuous, that leave a solution unchanged (up to a gauge).
 
     Parameters
     ----------
     tolerance : largest distance of a solution from its image in the scaled norm of continuation; on a mesh that is
         not symmetric the image is interpolated.
-    among : names or products 'a * b' to be tested; the declared symmetries by default.
+    among : names or products 'a * b' of discrete symmetries to be tested; all declared symmetries by default.
     """
     check_type("bvp", bvp, BVP, "a BVP")
     check_type("solution", solution, Solution, "a Solution")
     colloc = _plain(bvp, solution, Scale.of(bvp, solution))
     x = colloc.state(solution)
     names = tuple(bvp.symmetries) if among is None else tuple(among)
-    return tuple(name for name in names if _nearest(colloc, name, x)[1] < tolerance)
+    kept = tuple(name for name in names if _nearest(colloc, name, x)[1] < tolerance)
+    return kept if among is not None else kept + _unmoved(colloc, x)
+
+
+def _unmoved(colloc: Collocation, x: Columns) -> tuple[str, ...]:
+    """Names of the continuous symmetries that leave a state alone."""
+    moved = moved_by(colloc, x)
+    return tuple(g.name for g in colloc.bvp.generators if g.name not in moved)
 
 
 def parity(colloc: Collocation, symmetry: str, x: Columns, v: Columns, tolerance: float = 1e-3) -> int:
@@ -125,7 +134,7 @@ def broken_at(bvp: BVP, special: SpecialPoint, among: Sequence[str] | None = Non
 
 def with_symmetry(bvp: BVP, special: SpecialPoint) -> SpecialPoint:
     """The special point with the symmetries that its solution has, and those that a branch through it loses."""
-    if not bvp.symmetries:
+    if not (bvp.symmetries or bvp.generators):
         return special
     own = isotropy(bvp, special.solution)
     if not own or special.kind != "branch point" or special.scale is None:
@@ -133,7 +142,9 @@ def with_symmetry(bvp: BVP, special: SpecialPoint) -> SpecialPoint:
     found = special.solution
     colloc = Collocation.at(bvp, found, free_indices(bvp, special.free), special.scale)
     x = colloc.state(found)
-    lost = {name for ray in special.rays[::2] for name in broken(colloc, x, ray, among=own)}
+    discrete = [name for name in own if name in bvp.symmetries]
+    lost = {name for ray in special.rays[::2] for name in broken(colloc, x, ray, among=discrete)}
+    lost |= {name for ray in special.rays for name in moved_by(colloc, add(x, (AWAY, ray)))}
     return replace(special, isotropy=own, breaks=tuple(name for name in own if name in lost))
 
 
