@@ -55,14 +55,14 @@ def follow_locus(
     check_each("free", free, str, "names of parameters such as ('lam', 'mu')")
     sought = Sought.of(start)
     names = list(dict.fromkeys(free))
-    if len(names) != bvp.n_free + 1:
+    if not 0 <= len(names) - bvp.n_free - 1 <= len(bvp.generators):
         raise ValueError(f"free: expected {bvp.n_free + 1} parameter names for a locus, got {list(free)}")
     options = options or TraceOptions()
     index = [bvp.parameter_index(name) for name in names]
     free_indices(bvp, [names[0], *names[2:]])
     options.check_names(bvp, names)
     _check_inside(start, options)
-    inside, index = phased(bvp, member_near(bvp, start) or start.solution, index, start.scale)
+    inside, index = phased(bvp, member_near(bvp, start) or start.solution, index, start.scale, controls=2)
     frame = first_frame(inside, sought, start, index, options)
     if frame is None:
         raise NotConverged(NewtonCode.SLOW, f"start of the locus at {start!r}")

@@ -160,8 +160,8 @@ class BVP:
         self.generators: tuple[Generator, ...] = generators(
             self, [x for x in self._symmetries if isinstance(x, ContinuousSymmetry)]
         )
-        self.phases, self.plain = 0, self
-        self._unfolded: dict[int, BVP] = {}
+        self.phases, self.unfoldings, self.plain = 0, 0, self
+        self._unfolded: dict[tuple[int, int], BVP] = {}
 
     def __repr__(self) -> str:
         return (
@@ -203,29 +203,30 @@ class BVP:
             symmetries=self._symmetries, identities=self._identities, name=self.name,
         )  # fmt: skip
 
-    def unfolded(self, phases: int) -> BVP:
-        """The same problem with room for phase conditions: as many integral conditions and unfolding parameters.
+    def unfolded(self, phases: int, unfoldings: int) -> BVP:
+        """The same problem with room for phase conditions, and for unfolding parameters.
 
         Both are empty here. :class:`rodatlas.continuation.discrete.phase.Phase` fills them on a mesh.
         """
-        if phases == self.phases:
+        if phases == 0:
             return self
-        if phases not in self._unfolded:
+        if (phases, unfoldings) not in self._unfolded:
             new = BVP(
                 self._rhs, self._boundary, (*self._integrals, lambda s, u, p: [0.0] * phases), unknowns=self.unknowns,
-                parameters={**self.parameters, **{f"unfolding_of_phase_{i + 1}": 0.0 for i in range(phases)}},
+                parameters={**self.parameters, **{f"unfolding_of_phase_{i + 1}": 0.0 for i in range(unfoldings)}},
                 observables=self.observables, scales=self.scales, identities=self._identities, name=self.name,
             )  # fmt: skip
-            new.symmetries = {name: widened(action, phases) for name, action in self.symmetries.items()}
-            new.gauges = tuple(widened(action, phases) for action in self.gauges)
-            new.generators, new.phases, new.plain = self.generators, phases, self
-            self._unfolded[phases] = new
-        return self._unfolded[phases]
+            new.symmetries = {name: widened(action, unfoldings) for name, action in self.symmetries.items()}
+            new.gauges = tuple(widened(action, unfoldings) for action in self.gauges)
+            new.generators, new.plain = self.generators, self
+            new.phases, new.unfoldings = phases, unfoldings
+            self._unfolded[phases, unfoldings] = new
+        return self._unfolded[phases, unfoldings]
 
     @cached_property
     def own_parameters(self) -> tuple[str, ...]:
         """Names of the parameters without those that unfold phase conditions, which come last."""
-        return self.parameter_names[: len(self.parameters) - self.phases]
+        return self.parameter_names[: len(self.parameters) - self.unfoldings]
 
     def traced_function(self, function: Callable[..., Any], field: str, names: Sequence[str]) -> Any:
         """A function(s, u, p) of a user, one value for each name, as a CasADi function (s, u, p) -> (len(names),)."""
