@@ -350,6 +350,57 @@ def test_scalar_equations_on_a_circle() -> None:
         assert p.solution.values[0] @ p.solution.values[0] == pytest.approx(p.solution["lam"], abs=1e-9)
 
 
+# -- limit cycles: a phase condition determines the period ------------------------------------------------------------
+
+
+def hopf(symmetries) -> BVP:
+    """r' = r (a - r^2), phi' = 1 + c r^2 in scaled time: a circle of radius sqrt(a), period 2 pi/(1 + c a)."""
+
+    def rhs(s, u, p):
+        square = u.x**2 + u.y**2
+        speed = 1 + p.c * square
+        return [p.T * (p.a * u.x - speed * u.y - u.x * square), p.T * (p.a * u.y + speed * u.x - u.y * square)]
+
+    return BVP(
+        rhs, lambda left, right, p: [left.x - right.x, left.y - right.y], unknowns=("x", "y"),
+        parameters={"a": 0.25, "T": 6.0, "c": 0.5}, symmetries=symmetries,
+    )  # fmt: skip
+
+
+@pytest.mark.parametrize("symmetries", [[SHIFT], [SHIFT, ContinuousSymmetry("turn", lambda s, u, p: [-u.y, u.x])]])
+def test_the_period_of_a_limit_cycle(symmetries) -> None:
+    """Turning and shifting move the cycle in one direction, though they do not move the guess so."""
+    bvp = hopf(symmetries)
+    guess = Solution.from_function(
+        lambda s: 0.45 * np.stack([np.cos(2 * np.pi * s), np.sin(2 * np.pi * s)], axis=1), bvp.unknowns, bvp.parameters
+    )
+    branch = trace(bvp, guess, ("a", "T"), TraceOptions(bounds={"a": (-0.05, 2.0)}))
+    assert branch.orbit == tuple(x.name for x in symmetries)
+    assert np.allclose(branch.column("T"), 2 * np.pi / (1 + 0.5 * branch.column("a")), atol=2e-8)
+    assert [p.tangent.shape for p in branch][:1] == [(2,)]
+    (point,) = branch.special  # where the cycle shrinks to the state of rest
+    assert point.solution["a"] == pytest.approx(0.0, abs=1e-8)
+    assert (point.continuum, len(point.rays)) == (True, 2)
+    still = rest(bvp, a=-0.2)
+    with pytest.raises(NotConverged, match="nothing determines T") as caught:
+        trace(bvp, still, ("a", "T"), TraceOptions(bounds={"a": (-0.3, 0.0)}))
+    assert caught.value.undetermined == ("T",)
+
+
+def test_the_period_of_van_der_pols_oscillation() -> None:
+    bvp = BVP(
+        lambda s, u, p: [p.T * u.v, p.T * (p.mu * (1 - u.u**2) * u.v - u.u)],
+        lambda left, right, p: [left.u - right.u, left.v - right.v], unknowns=("u", "v"),
+        parameters={"mu": 0.1, "T": 6.28}, symmetries=[SHIFT],
+    )  # fmt: skip
+    guess = Solution.from_function(
+        lambda s: 2 * np.stack([np.cos(2 * np.pi * s), -np.sin(2 * np.pi * s)], axis=1), bvp.unknowns, bvp.parameters
+    )
+    branch = trace(bvp, guess, ("mu", "T"), TraceOptions(bounds={"mu": (0.1, 5.0)}, zeros={"mu": 1.0}), both=False)
+    assert branch.special[0].solution["T"] == pytest.approx(6.6632868593, rel=5e-8)
+    assert branch.points[-1].solution["T"] == pytest.approx(11.6122306677, rel=1e-8)
+
+
 # -- in two parameters ------------------------------------------------------------------------------------------------
 
 

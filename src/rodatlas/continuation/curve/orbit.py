@@ -35,7 +35,7 @@ def bare(branch: Branch, bvp: BVP) -> Branch:
     """A branch of a problem with phase conditions as one of the user's problem."""
     if not bvp.phases:
         return branch
-    k = len(branch.free) - bvp.phases
+    k = len(branch.free) - bvp.unfoldings
     orbit = orbit_of(bvp.plain, branch.points[-1].solution, free_indices(bvp.plain, branch.free[:k]))
     return replace(
         branch, orbit=orbit, free=branch.free[:k], points=tuple(bare_point(p, k) for p in branch.points),

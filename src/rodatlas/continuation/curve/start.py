@@ -15,7 +15,7 @@ from rodatlas.continuation.curve.point import Frame, first_frame
 from rodatlas.continuation.curve.settle import across, at_own_parameter, settled
 from rodatlas.continuation.discrete.collocation import Collocation, Scale, free_indices
 from rodatlas.continuation.discrete.newton import NewtonCode, Row, fixed, is_singular_around
-from rodatlas.continuation.discrete.phase import phased
+from rodatlas.continuation.discrete.phase import moved_in, with_phases
 from rodatlas.continuation.discrete.solution import Solution
 from rodatlas.continuation.linear.matrix import Columns
 from rodatlas.continuation.problem.bvp import BVP
@@ -73,17 +73,28 @@ def first_state(
 
 
 def _on_orbit(bvp: BVP, guess: Solution, free: list[int], options: TraceOptions, scale: Scale, by_hand: bool) -> Frame:
-    """The first frame, with as many phase conditions as the solution needs, which may be less than the guess does."""
-    inside, indices = phased(bvp, guess, free, scale)
-    while True:
-        frame = _settled_start(inside, guess, indices, options, scale, by_hand)
-        if not inside.phases:
+    """The first frame, with as many phase conditions as the solution needs.
+
+    It may need fewer than the guess does: where two generators move the solution in one direction, or not at all.
+    """
+    most, fewest = moved_in(bvp, guess, free, scale), len(free) - bvp.n_free
+    failed: NotConverged | None = None
+    for count in range(max(most, fewest), max(fewest, min(1, most)) - 1, -1):
+        inside, indices = with_phases(bvp, count, free)
+        try:
+            frame = _settled_start(inside, guess, indices, options, scale, by_hand)
+        except NotConverged as error:
+            failed = failed or error
+            continue
+        solution = frame.colloc.solution(frame.x, frame.error)
+        if (needed := moved_in(bvp, solution, free, scale)) >= count:
             return frame
-        solution, before = frame.colloc.solution(frame.x, frame.error), inside.phases
-        inside, indices = phased(bvp, solution, free, scale)
-        if inside.phases >= before:
-            return frame
-        guess = solution
+        if needed < fewest:
+            names = tuple(bvp.parameter_names[i] for i in free[bvp.n_free :])
+            raise NotConverged(NewtonCode.SINGULAR, f"{solution!r}", undetermined=names)
+        return _on_orbit(bvp, solution, free, options, scale, by_hand)
+    assert failed is not None
+    raise failed
 
 
 def _settled_start(
@@ -113,8 +124,9 @@ def _settled_start(
         _refuse_singular(frame.colloc, frame.x, frame.colloc.row(frame.tangent), where, frame.tangent)
     if found.missed is not None:
         solution = frame.colloc.solution(frame.x, frame.error)
-        everywhere = not frame.weakness > DOUBTFUL  # singular all along the branch
-        raise NotConverged(NewtonCode.SINGULAR if everywhere else found.missed, f"{solution!r}", solution)
+        if not frame.weakness > DOUBTFUL:  # on any mesh
+            raise NotConverged(NewtonCode.SINGULAR, f"{solution!r}", solution)
+        raise NotConverged(found.missed, f"{solution!r}", solution)
     return frame
 
 

@@ -203,7 +203,7 @@ def _followed(at: SpecialPoint, start: _Departure, options: TraceOptions, first_
 
 
 def _first_point(at: SpecialPoint, origin: Frame) -> Point:
-    tangent = origin.tangent.scalars[: len(origin.colloc.free) - origin.colloc.bvp.phases]
+    tangent = origin.tangent.scalars[: len(origin.colloc.free) - origin.colloc.bvp.unfoldings]
     return Point(at.solution, 0.0, tangent.copy(), origin.fold_test, 0.0)
 
 

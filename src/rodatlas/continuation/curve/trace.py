@@ -85,7 +85,8 @@ def trace(
     ----------
     start : Solution
         of the problem, or a guess. At a branch point the branch along which the parameter changes most is followed.
-    free : names of the free parameters (bvp.n_free of them), the continuation parameter first.
+    free : names of the free parameters (bvp.n_free of them), the continuation parameter first; on an orbit of a
+        continuous symmetry one more, such as a period, for each phase condition that is to determine it.
     both : follow both directions (default), else only the one in which the parameter changes as `direction`.
     scale : units of the arclength norm; by default those of the problem and the start.
 

@@ -263,8 +263,8 @@ class Collocation:
 
     def unfolding(self, x: Columns) -> float:
         """Largest unfolding parameter of the phase conditions, which vanishes at solutions."""
-        k, r = len(self.free), self.bvp.phases
-        return float(np.abs(x.scalars[k - r : k]).max(initial=0.0))
+        k, c = len(self.free), self.bvp.unfoldings
+        return float(np.abs(x.scalars[k - c : k]).max(initial=0.0))
 
     # -- first derivatives ----------------------------------------------------------------------------------------
 
@@ -430,7 +430,8 @@ def free_indices(bvp: BVP, free: Sequence[str]) -> list[int]:
         raise ValueError(f"free: expected a sequence of names, got the string '{free}': write ('{free}',)")
     if not bvp.parameters:
         raise ValueError("parameters: expected at least one to follow a branch or search along it, got none")
-    if len(names) != bvp.n_free or len(set(names)) != len(names):
+    held = 0 if bvp.phases else len(bvp.generators)  # phase conditions may determine more
+    if not bvp.n_free <= len(names) <= bvp.n_free + held or len(set(names)) != len(names):
         raise ValueError(
             f"free: expected {bvp.n_free} parameter name(s) ({bvp.conditions} conditions - {bvp.size} unknowns + 1), "
             f"got {list(free)}"

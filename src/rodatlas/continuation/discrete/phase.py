@@ -54,13 +54,13 @@ class Phase:
 
     def added(self, colloc: Collocation, x: Columns, lin: Linearization) -> Linearization:
         """The linearisation with the columns of the unfolding parameters, and the conditions as last integrals."""
-        r, k = len(self.directions), len(colloc.free)
+        r, c, k = len(self.directions), len(self.columns), len(colloc.free)
         first = len(lin.residual.dense) - r
         stage, ends, dense = (a.copy() for a in (lin.residual.stage, lin.residual.ends, lin.residual.dense))
         stage_scal, b_scal = lin.stage_scal.copy(), lin.b_scal.copy()
         weights, dense_scal = lin.dense.copy(), lin.dense_scal.copy()
         for i, column in enumerate(self.columns):
-            j, epsilon = k - r + i, float(x.scalars[k - r + i])
+            j, epsilon = k - c + i, float(x.scalars[k - c + i])
             stage += epsilon * column.stage
             ends += epsilon * column.ends
             dense += epsilon * column.dense
@@ -84,25 +84,46 @@ class Phase:
         return Phase(tuple(carry(v) for v in self.directions), self.values, columns)
 
 
-def phased(bvp: BVP, solution: Solution, free: Sequence[int], scale: Scale | None = None) -> tuple[BVP, list[int]]:
+def phased(
+    bvp: BVP, solution: Solution, free: Sequence[int], scale: Scale | None = None, controls: int = 1
+) -> tuple[BVP, list[int]]:
     """The problem with as many phase conditions as a state needs, and its free parameters.
 
     Parameters
     ----------
-    bvp : BVP, the user's; free : indices of its free parameters.
+    bvp : BVP, the user's; free : indices of its free parameters; controls : as for :func:`with_phases`.
     """
+    return with_phases(bvp, moved_in(bvp, solution, free, scale), free, controls)
+
+
+def moved_in(bvp: BVP, solution: Solution, free: Sequence[int], scale: Scale | None = None) -> int:
+    """In how many directions the continuous symmetries move a solution."""
     if not bvp.generators:
-        return bvp, list(free)
+        return 0
     from rodatlas.continuation.discrete.collocation import Collocation
 
     colloc = Collocation.at(bvp, solution, free, scale)
-    return with_phases(bvp, len(orbit_directions(colloc, colloc.state(solution))), free)
+    return len(orbit_directions(colloc, colloc.state(solution)))
 
 
-def with_phases(bvp: BVP, count: int, free: Sequence[int]) -> tuple[BVP, list[int]]:
-    """The user's problem with some phase conditions, and its free parameters."""
-    own = len(bvp.parameters)
-    return (bvp.unfolded(count) if count else bvp), [*free, *range(own, own + count)]
+def with_phases(bvp: BVP, count: int, free: Sequence[int], controls: int = 1) -> tuple[BVP, list[int]]:
+    """The user's problem with some phase conditions, and its free parameters.
+
+    Each condition determines a free parameter beyond those of the problem itself, as the period of a limit cycle, or an
+    unfolding parameter. On a branch one parameter stays undetermined, on a locus two `controls`.
+
+    Raises
+    ------
+    ValueError
+        when more parameters are free than the conditions determine.
+    """
+    own, unfoldings = len(bvp.parameters), count - (len(free) - (bvp.n_free - 1 + controls))
+    if unfoldings < 0:
+        raise ValueError(
+            f"free: expected {len(free) + unfoldings} names, got {len(free)}: a phase condition determines one more "
+            "only where a continuous symmetry moves the state"
+        )
+    return bvp.unfolded(count, unfoldings), [*free, *range(own, own + unfoldings)]
 
 
 def fitted(v: Columns, scalars: int) -> Columns:
@@ -172,7 +193,7 @@ def phase_at(colloc: Collocation, x: Columns, away: Columns | None = None) -> Ph
         directions.append(_combination([v], np.array([1.0 / colloc.norm(v)])))
     found: list[tuple[float, Phase]] = []
     for _ in range(ATTEMPTS):
-        phase = _referring(colloc, x, directions, [_smooth_column(colloc, rng) for _ in range(count)])
+        phase = _referring(colloc, x, directions, [_smooth_column(colloc, rng) for _ in range(colloc.bvp.unfoldings)])
         better, size = _with_left_vectors(colloc, at, phase, None, rng)
         found.append((size, better))
     return min(found, key=lambda pair: pair[0])[1]
@@ -215,7 +236,7 @@ def _with_left_vectors(
     K^T w = unit vector of an unfolding parameter, with K bordered by the old columns, makes w^T F' = 0. The last row of
     K is the tangent; on a locus it has one more.
     """
-    k, r, bvp = len(colloc.free), len(phase.columns), colloc.bvp
+    k, c, bvp = len(colloc.free), len(phase.columns), colloc.bvp
     missing = bvp.size + k - bvp.n_boundary - bvp.n_integral - (tangent is not None)
     border = [colloc.row(v) for v in [tangent] if v is not None]
     border += [colloc.row(_smooth_vector(colloc, rng)) for _ in range(missing)]
@@ -223,16 +244,16 @@ def _with_left_vectors(
     with np.errstate(all="ignore"):
         lin = phase.added(colloc, x, colloc.bare_linearization(x))
         fac = colloc.factor(lin, border) if lin.is_finite else None
-        for i in range(r if fac is not None and fac.sign != 0.0 else 0):
-            unit = np.eye(k)[k - r + i]
+        for i in range(c if fac is not None and fac.sign != 0.0 else 0):
+            unit = np.eye(k)[k - c + i]
             w = fac.solve_transposed(Columns(np.zeros_like(x.stage), np.zeros_like(x.mesh), unit))  # type: ignore[union-attr]
-            dense = np.concatenate([w.dense[: bvp.n_integral - r], np.zeros(r)])
+            dense = np.concatenate([w.dense[: bvp.n_integral - bvp.phases], np.zeros(bvp.phases)])
             stage = colloc.step[:, None, None] ** 2 / colloc.quadrature * w.stage
             column = Blocks(stage, np.zeros_like(w.chain), w.ends[: bvp.n_boundary], dense)
             size = _size(colloc, column)
             largest = max(largest, size)
             columns.append(_times(column, 1.0 / size))
-    if len(columns) < r or not np.isfinite(largest):
+    if len(columns) < c or not np.isfinite(largest):
         return phase, np.inf
     return replace(phase, columns=tuple(columns)), largest
 
@@ -255,7 +276,7 @@ def _combination(vectors: Sequence[Columns], factors: np.ndarray) -> Columns:
 
 
 def _smooth_vector(colloc: Collocation, rng: np.random.Generator) -> Columns:
-    own = len(colloc.free) - colloc.bvp.phases
+    own = len(colloc.free) - colloc.bvp.unfoldings
     return fitted(fitted(displacement(colloc, rng, len(colloc.free), TERMS), own), len(colloc.free))
 
 

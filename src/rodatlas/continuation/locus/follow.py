@@ -70,11 +70,12 @@ def follow_locus(
     check_type("start", start, (SpecialPoint, LocusEvent), "a special point of a branch or locus")
     check_each("free", free, str, "names of parameters such as ('lam', 'mu')")
     names = list(dict.fromkeys(free))
-    unprotected = len(names) == bvp.n_free + 2
+    followed = max(bvp.n_free, len(start.free)) if bvp.generators and isinstance(start, SpecialPoint) else bvp.n_free
+    unprotected = len(names) == followed + 2
     if isinstance(start, LocusEvent):
         start = branch_point_of(start, unprotected)
-    if len(names) != bvp.n_free + 1 and not (unprotected and start.kind == "branch point"):
-        raise ValueError(f"free: expected {bvp.n_free + 1} parameter names for a locus, got {list(free)}")
+    if len(names) != followed + 1 and not (unprotected and start.kind == "branch point"):
+        raise ValueError(f"free: expected {followed + 1} parameter names for a locus, got {list(free)}")
     options = options or TraceOptions()
     if start.kind.startswith(EXTREMUM):
         return follow_extremum(follow_locus, bvp, start, names, options, both)
@@ -83,7 +84,8 @@ def follow_locus(
     free_indices(bvp, [names[0], *names[3 if unprotected else 2 :]])
     options.check_names(bvp, names)
     _check_inside(start, options)
-    inside, index = phased(bvp, member_near(bvp, start) or start.solution, index, start.scale)
+    near, controls = member_near(bvp, start) or start.solution, 3 if unprotected else 2
+    inside, index = phased(bvp, near, index, start.scale, controls)
     frame = first_frame(inside, sought, start, index, options)
     if frame is None or (unprotected and not is_near(frame, start)):
         raise NotConverged(NewtonCode.SLOW, f"start of the locus at {start!r}")

@@ -116,8 +116,8 @@ class BVP:
             self.unknowns, self.parameters, self.log, functions[0], boundary, functions[1], _interval(interval),
             _places("breakpoints", breakpoints), _inner(inner), self.observables, identities,
         ))  # fmt: skip
-        self.phases, self.plain = 0, self
-        self._unfolded: dict[int, BVP] = {}
+        self.phases, self.unfoldings, self.plain = 0, 0, self
+        self._unfolded: dict[tuple[int, int], BVP] = {}
         check_names(symmetries)
         self.symmetries, self.gauges = checked(self, [x for x in symmetries if isinstance(x, Symmetry)])
         self.generators: tuple[Generator, ...] = generators(
@@ -176,7 +176,7 @@ class BVP:
     def with_parameter(self, name: str) -> BVP:
         """The same problem with one more parameter, zero and without effect."""
         if self.phases:
-            return self.plain.with_parameter(name).unfolded(self.phases)
+            return self.plain.with_parameter(name).unfolded(self.phases, self.unfoldings)
         return self._restated(replace(self._said, parameters={**self.parameters, name: 0.0}))
 
     def with_value_of(self, observable: str, name: str) -> BVP:
@@ -189,29 +189,29 @@ class BVP:
         observable : one of the problem's; name : of the new parameter, the last one of the user's.
         """
         if self.phases:
-            return self.plain.with_value_of(observable, name).unfolded(self.phases)
+            return self.plain.with_value_of(observable, name).unfolded(self.phases, self.unfoldings)
         held = {**self._said.held, observable: name}
         return self._restated(replace(self._said, parameters={**self.parameters, name: 0.0}, held=held))
 
-    def unfolded(self, phases: int) -> BVP:
-        """The same problem with room for phase conditions: as many integral conditions and unfolding parameters.
+    def unfolded(self, phases: int, unfoldings: int) -> BVP:
+        """The same problem with room for phase conditions, and for unfolding parameters.
 
         Both are empty here. :class:`rodatlas.continuation.discrete.phase.Phase` fills them on a mesh. `plain` is the
         problem without them.
         """
-        if phases == self.phases:
+        if phases == 0:
             return self
-        if phases not in self._unfolded:
-            more = {f"unfolding_of_phase_{i + 1}": 0.0 for i in range(phases)}
+        if (phases, unfoldings) not in self._unfolded:
+            more = {f"unfolding_of_phase_{i + 1}": 0.0 for i in range(unfoldings)}
             new = self._restated(replace(self._said, parameters={**self.parameters, **more}, phases=phases))
-            new.phases, new.plain = phases, self
-            self._unfolded[phases] = new
-        return self._unfolded[phases]
+            new.phases, new.unfoldings, new.plain = phases, unfoldings, self
+            self._unfolded[phases, unfoldings] = new
+        return self._unfolded[phases, unfoldings]
 
     @property
     def own_parameters(self) -> tuple[str, ...]:
         """Names of the parameters without those that unfold phase conditions, which come last."""
-        return self.parameter_names[: len(self.parameters) - self.phases]
+        return self.parameter_names[: len(self.parameters) - self.unfoldings]
 
     def _restated(self, said: Statement) -> BVP:
         """The problem of a statement with more parameters at the end, which symmetries leave alone."""

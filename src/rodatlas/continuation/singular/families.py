@@ -37,6 +37,13 @@ def actions(kernel: Kernel) -> list[np.ndarray]:
     return [np.tensordot(factors[:, i], matrices, 1) for i in range(count) if np.sqrt(max(squares[i], 0.0)) <= limit]
 
 
+def is_at_rest(kernel: Kernel) -> bool:
+    """Whether a free parameter that a phase condition determines, such as a period, has no effect at the point."""
+    colloc = kernel.colloc
+    determined = colloc.bvp.phases - colloc.bvp.unfoldings
+    return determined > 0 and len(orbit_directions(colloc, kernel.state)) < determined
+
+
 def moves(matrices: list[np.ndarray], u: np.ndarray) -> np.ndarray:
     """Which directions (P, d + 1) of the kernel the generators move."""
     return np.any([np.linalg.norm(u @ m.T, axis=1) > TURNS for m in matrices], axis=0)
@@ -48,7 +55,7 @@ def member(kernel: Kernel, near: Columns, radius: float) -> tuple[np.ndarray, Co
     None when Newton finds none there. The direction is extrapolated from that at half the distance.
     """
     old = kernel.colloc
-    own = old.free[: len(old.free) - old.bvp.phases].tolist()
+    own = old.free[: len(old.free) - old.bvp.unfoldings].tolist()
     inside, free = with_phases(old.bvp.plain, len(orbit_directions(old, near)), own)
     new = Collocation(inside, old.mesh, old.scheme.points, old.base, free, old.scale, old.backend)
     vectors = [fitted(v, len(free)) for v in kernel.vectors]

@@ -13,13 +13,14 @@ from itertools import combinations_with_replacement
 
 import numpy as np
 
-from rodatlas.continuation.discrete.collocation import Row, add
+from rodatlas.continuation.discrete.collocation import Row, add, scaled
 from rodatlas.continuation.discrete.newton import newton
 from rodatlas.continuation.linear.matrix import Columns
 from rodatlas.continuation.singular import families
 from rodatlas.continuation.singular.bordered import BorderedSystem, loaded
 from rodatlas.continuation.singular.kernel import Kernel, combined
 
+AT_REST = 0.01  # distance of the states that stand for the branch walked, where nothing else can be told apart
 FITTED = 1e-7  # error of the fit, relative to the largest value, that is good enough
 SETTLED = 1e-4  # turn of a ray from one sphere to a smaller one that may be the error of the point itself
 EXACT = 1e-10  # last correction: the slope, of second order in a small distance, belongs to the iterate before it
@@ -43,6 +44,10 @@ class Rays:
         An isolated zero has to persist on spheres of half and a quarter of the radius and its direction to converge;
         the direction is extrapolated to radius zero. Of a curve of zeros one point is kept.
         """
+        if families.is_at_rest(kernel):
+            v, x = kernel.vectors[0], kernel.state
+            ends = [scaled(v, sign) for sign in (1.0, -1.0)]
+            return cls(tuple(ends), tuple(add(x, (AT_REST, w)) for w in ends), float("nan"), True, 0)
         model = _model(kernel)
         if model is None:
             return cls((), (), float("nan"), False, 1)
