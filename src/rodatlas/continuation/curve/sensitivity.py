@@ -140,11 +140,8 @@ def _zero(colloc: Collocation, x: Columns, name: str, count: int) -> _Point | No
 
 def _singular(colloc: Collocation, x: Columns, kind: str, count: int) -> _Point | None:
     """A fold or branch point: its kernel from the augmented system, and the gradients of what vanishes there."""
-    rest = colloc.base.copy()
-    rest[colloc.free] = colloc.parameters(x)[colloc.free]
-    own = Collocation(
-        colloc.bvp, colloc.mesh, colloc.scheme.points, rest, list(colloc.free[:count]), colloc.scale, colloc.backend
-    )
+    free, points = list(colloc.free[:count]), colloc.scheme.points
+    own = Collocation(colloc.bvp, colloc.mesh, points, colloc.base, free, colloc.scale, colloc.backend)
     start = Columns(x.stage, x.mesh, x.scalars[:count])
     solve = solve_fold if kind == "fold" else solve_branch_point
     found = solve(own, start, _some_direction(own, start))
