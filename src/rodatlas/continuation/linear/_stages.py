@@ -18,7 +18,7 @@ file because a Numba cache does not notice changes of functions that live in ano
 from typing import Any
 
 import numpy as np
-from llvmlite import ir
+from llvmlite import ir  # type: ignore[import-untyped]
 from numba import njit, types
 from numba.core import cgutils
 from numba.extending import intrinsic
@@ -28,17 +28,16 @@ LANES = 8
 _OPTIONS: Any = {"cache": True, "fastmath": {"contract", "reassoc", "nsz", "arcp"}, "error_model": "numpy"}
 
 
-@intrinsic
-def subtract(typingctx, x, i, count, f, q, y, p):  # type: ignore[no-untyped-def]
+def _subtract(typingctx, x, i, count, f, q, y, p):
     """x[i + c] -= f[q] * y[p + c] for all c < count, of arrays (., LANES).
 
     In vectors, because the compiler unrolls a loop over LANES before it comes to think of them.
     """
 
-    def codegen(context, builder, signature, arguments):  # type: ignore[no-untyped-def]
+    def codegen(context, builder, signature, arguments):
         vector = ir.VectorType(ir.DoubleType(), LANES)
 
-        def row(array, number):  # type: ignore[no-untyped-def]
+        def row(array, number):
             made = context.make_array(signature.args[array])(context, builder, arguments[array])
             return builder.gep(builder.bitcast(made.data, vector.as_pointer()), [arguments[number]])
 
@@ -52,6 +51,9 @@ def subtract(typingctx, x, i, count, f, q, y, p):  # type: ignore[no-untyped-def
         return context.get_dummy_value()
 
     return types.void(x, i, count, f, q, y, p), codegen
+
+
+subtract: Any = intrinsic(_subtract)
 
 
 @njit(**_OPTIONS)
