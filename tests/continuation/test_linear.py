@@ -339,7 +339,7 @@ def test_the_backend_is_chosen_by_environment_or_argument(monkeypatch: pytest.Mo
     monkeypatch.setenv("RODATLAS_BACKEND", "scipy")
     assert backend_name() == "scipy"
     assert type(factor(random_matrix(2, 2, 2, 1, 1, 0.5, 1))).__name__ == "ScipyFactorization"
-    assert type(factor(random_matrix(2, 4, 40, 1, 1, 1.0, 1))).__name__ == "LapackFactorization"
+    assert type(factor(random_matrix(2, 4, 52, 1, 1, 1.0, 1))).__name__ == "LapackFactorization"
     monkeypatch.setenv("RODATLAS_BACKEND", "fortran")
     with pytest.raises(ValueError, match=r"RODATLAS_BACKEND: expected 'numba' or 'scipy', got 'fortran'"):
         backend_name()

@@ -111,9 +111,12 @@ def _factor(w, rows, width, pivots, first, lanes):
                 sign = -sign
         for i in range(p + 1, rows):
             f = i * width + p
+            coupled = False
             for l in range(LANES):
                 w[f, l] *= inverse[l]
-            subtract(w, f + 1, width - p - 1, w, f, w, p * width + p + 1)
+                coupled = coupled or w[f, l] != 0.0
+            if coupled:
+                subtract(w, f + 1, width - p - 1, w, f, w, p * width + p + 1)
     return sign, log_det
 
 
@@ -124,7 +127,11 @@ def _back(w, rows, width):
     for i in range(rows - 1, -1, -1):
         right = i * width + rows
         for j in range(i + 1, rows):
-            subtract(w, right, width - rows, w, i * width + j, w, j * width + rows)
+            coupled = False
+            for l in range(LANES):
+                coupled = coupled or w[i * width + j, l] != 0.0
+            if coupled:
+                subtract(w, right, width - rows, w, i * width + j, w, j * width + rows)
         for l in range(LANES):
             inverse[l] = 1.0 / w[i * width + i, l]
         for j in range(right, right + width - rows):
