@@ -19,14 +19,18 @@ MESHES = {
     "adaptive": MeshControl(tolerance=1e-8),  # what a user of rodatlas gets
 }
 
+LABELS = {"fixed": (), "adaptive": ("adaptive mesh",), "newton": (), "chord": ("chord",)}
 
-def run(mesh="fixed"):
+
+def run(mesh="fixed", corrector="newton"):
     """Trace the U branch at psi0 = 15 deg, dL = 0.5 from dD = 0 to 0.79 and say what it cost.
 
     Parameters
     ----------
     mesh : str
         ``'fixed'`` (50 intervals of 4 points, as the peers) or ``'adaptive'`` (error tolerance 1e-8).
+    corrector : str
+        ``'newton'``, or ``'chord'`` for one factorization a step.
 
     Returns
     -------
@@ -36,13 +40,14 @@ def run(mesh="fixed"):
     """
     bvp = rod_problem()
     start = planar_states(0.625, math.radians(15.0), 0.5)[0]["U"]
-    options = TraceOptions(mesh=MESHES[mesh], newton=NewtonOptions(tolerance=1e-7), bounds={"dD": (0.0, 0.79)})
+    newton = NewtonOptions(tolerance=1e-7, chord=corrector == "chord")
+    options = TraceOptions(mesh=MESHES[mesh], newton=newton, bounds={"dD": (0.0, 0.79)})
     trace(bvp, start, ("dD",), options, both=False)  # compile and warm the caches
     before = time.process_time()
     branch = trace(bvp, start, ("dD",), options, both=False)
     seconds = time.process_time() - before
     return {
-        "name": "rodatlas" if mesh == "fixed" else f"rodatlas, {mesh} mesh",
+        "name": ", ".join(["rodatlas", *LABELS[mesh], *LABELS[corrector]]),
         "cpu_seconds": seconds,
         "points": len(branch),
         "newton_iterations": branch.newton_iterations,

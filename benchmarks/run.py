@@ -1,5 +1,5 @@
 """Benchmarks: a branch and two loci by rodatlas, AUTO-07p and SciPy in one run, in turn, one thread each; slices by one
-and by two processes; the search for states; and the phase diagram.
+and by two processes; growing numbers of unknowns; the search for states; and the phase diagram.
 
 Started by `make bench` with the project's interpreter. The peers live in `.venv-bench`, which is made on the first
 run; a peer that cannot be had here is named and left out. Prints the reports and writes them to `results/`.
@@ -16,6 +16,7 @@ import report
 import report_loci
 import report_phase
 import report_scaling
+import report_sizes
 import report_states
 
 HERE = Path(__file__).resolve().parent
@@ -49,7 +50,10 @@ def branch_programs(work, notes):
     dict from name to command line, of what can run here.
     """
     ours = HERE / "rodatlas_u_branch.py"
-    found = {"rodatlas": (sys.executable, ours), "rodatlas adaptive": (sys.executable, ours, "adaptive")}
+    found = {
+        " ".join(["rodatlas", *how]): (sys.executable, ours, *how)
+        for how in ((), ("fixed", "chord"), ("adaptive",), ("adaptive", "chord"))
+    }
     try:
         environment.make_scipy()
         found["scipy"] = (str(environment.PYTHON), SCIPY)
@@ -71,6 +75,11 @@ def scaling_programs(work, notes):
     return {"rodatlas": (sys.executable, HERE / "rodatlas_scaling.py")}
 
 
+def size_programs(work, notes):
+    """Coupled equations in growing number, as :func:`branch_programs`; no peer does this."""
+    return {"rodatlas": (sys.executable, HERE / "rodatlas_sizes.py")}
+
+
 def state_programs(work, notes):
     """The search for states, as :func:`branch_programs`."""
     return {"rodatlas": (sys.executable, HERE / "rodatlas_states.py")}
@@ -86,6 +95,7 @@ BENCHMARKS = {
     "u_branch": (branch_programs, report.text),
     "loci": (locus_programs, report_loci.text),
     "scaling": (scaling_programs, report_scaling.text),
+    "sizes": (size_programs, report_sizes.text),
     "states": (state_programs, report_states.text),
     "phase": (phase_programs, report_phase.text),
 }

@@ -18,7 +18,7 @@ from rodatlas.continuation.linear.gauss import gauss_scheme
 from rodatlas.continuation.linear.matrix import Blocks, BorderedMatrix, Columns, backend_name, factor
 from rodatlas.continuation.linear.sparsity import strong_components
 
-BACKENDS = ("numba", "scipy")
+BACKENDS = ("numba", "scipy", "lapack")
 
 
 def random_matrix(
@@ -120,6 +120,12 @@ def test_solves_and_determinant_agree_with_a_dense_matrix(backend: str, drawn: t
     sign, log_det = determinant(a)
     assert fac.sign == sign
     assert fac.log_det == pytest.approx(log_det, abs=1e-13 * condition)
+
+
+def test_a_matrix_is_applied_as_it_is_assembled() -> None:
+    a = random_matrix(5, 3, 6, 2, 3, 0.4, 8)
+    _, x = random_sides(a, 9)
+    np.testing.assert_allclose(flat(a.times(x)), assembled(a) @ flat(x), atol=1e-12)
 
 
 @pytest.mark.parametrize("backend", BACKENDS)
@@ -321,18 +327,19 @@ def test_huge_and_tiny_entries_raise_nothing(backend: str, value: float, block: 
 def test_backends_agree_on_a_rod_sized_matrix() -> None:
     a = random_matrix(50, 4, 13, 1, 1, 0.15, 11)
     rhs, functional = random_sides(a, 12)
-    one, two = (factor(a, name) for name in BACKENDS)
-    assert (one.sign, one.log_det) == (two.sign, pytest.approx(two.log_det, rel=1e-12))
-    np.testing.assert_allclose(flat(one.solve(rhs)), flat(two.solve(rhs)), rtol=0, atol=1e-8 * np.abs(flat(rhs)).max())
-    np.testing.assert_allclose(
-        flat(one.solve_transposed(functional)), flat(two.solve_transposed(functional)), rtol=0, atol=1e-7
-    )
+    one, *others = (factor(a, name) for name in BACKENDS)
+    x, y, size = flat(one.solve(rhs)), flat(one.solve_transposed(functional)), np.abs(flat(rhs)).max()
+    for two in others:
+        assert (one.sign, one.log_det) == (two.sign, pytest.approx(two.log_det, rel=1e-12))
+        np.testing.assert_allclose(x, flat(two.solve(rhs)), rtol=0, atol=1e-8 * size)
+        np.testing.assert_allclose(y, flat(two.solve_transposed(functional)), rtol=0, atol=1e-7)
 
 
 def test_the_backend_is_chosen_by_environment_or_argument(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("RODATLAS_BACKEND", "scipy")
     assert backend_name() == "scipy"
     assert type(factor(random_matrix(2, 2, 2, 1, 1, 0.5, 1))).__name__ == "ScipyFactorization"
+    assert type(factor(random_matrix(2, 4, 52, 1, 1, 1.0, 1))).__name__ == "LapackFactorization"
     monkeypatch.setenv("RODATLAS_BACKEND", "fortran")
     with pytest.raises(ValueError, match=r"RODATLAS_BACKEND: expected 'numba' or 'scipy', got 'fortran'"):
         backend_name()

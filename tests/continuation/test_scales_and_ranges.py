@@ -58,13 +58,13 @@ def test_a_problem_without_a_parameter() -> None:
 
 
 def test_a_problem_without_a_parameter_may_have_no_solution() -> None:
-    bvp = BVP(
-        lambda s, u, p: [u.v, -4.0 * np.exp(u.u)], lambda left, right, p: [left.u, right.u], unknowns=("u", "v"),
-        parameters={},
-    )  # fmt: skip
+    def rhs(s, u, p):
+        return [u.v, -4.0 * np.exp(u.u)]
+
+    bvp = BVP(rhs, lambda left, right, p: [left.u, right.u], unknowns=("u", "v"), parameters={})
     guess = Solution.from_function(lambda s: np.zeros((len(s), 2)), ("u", "v"), {})
     with pytest.raises(NotConverged) as caught:
         solve(bvp, guess)
     assert "held" not in str(caught.value)
     with pytest.raises(ValueError, match="at most 2 conditions"):
-        BVP(bvp._rhs, lambda left, right, p: [left.u, right.u, left.v], unknowns=("u", "v"))
+        BVP(rhs, lambda left, right, p: [left.u, right.u, left.v], unknowns=("u", "v"))

@@ -159,3 +159,18 @@ def test_what_cannot_be_differentiated_is_refused() -> None:
     nowhere = replace(fold, solution=fold.solution.with_parameters(q=1e5))
     with pytest.raises(NotConverged, match="sensitivity of"):
         sensitivity(bvp, nowhere)
+
+
+@pytest.mark.parametrize("log", [(), ("P",), ("k",), ("P", "k")])
+def test_parameters_followed_in_their_logarithm(log: tuple[str, ...]) -> None:
+    """u'''' + P u'' + k u = 0 buckles at P = pi^2 + k/pi^2, dP/dk = 1/pi^2, however P and k are followed."""
+    bvp = BVP(
+        lambda s, u, p: [u.slope, u.bend, u.third, -p.P * u.bend - p.k * u.u - u.u**3],
+        lambda left, right, p: [left.u, left.bend, right.u, right.bend],
+        unknowns=("u", "slope", "bend", "third"),
+        parameters={"P": 15.0, "k": 100.0},
+        log=log,
+    )
+    (point,) = trace(bvp, constant(bvp), ("P",), TraceOptions(bounds={"P": (15.0, 25.0)}), both=False).special
+    assert point.solution["P"] == pytest.approx(np.pi**2 + 100 / np.pi**2, rel=1e-9)
+    assert sensitivity(bvp, point)["k"] == pytest.approx(1 / np.pi**2, rel=1e-7)

@@ -22,6 +22,7 @@ from rodatlas.continuation.checks import check_type
 from rodatlas.continuation.curve.start import IDLE, NotConverged
 from rodatlas.continuation.discrete.collocation import Collocation, Row, Scale, add, scaled
 from rodatlas.continuation.discrete.newton import NewtonCode
+from rodatlas.continuation.discrete.random_fields import displacement
 from rodatlas.continuation.linear.matrix import Blocks, Columns, Factorization
 from rodatlas.continuation.problem.bvp import BVP
 from rodatlas.continuation.results.branch import SpecialPoint, Status
@@ -84,8 +85,14 @@ def sensitivity(bvp: BVP, special: SpecialPoint, of: str | None = None) -> dict[
     point = _zero(colloc, x, special.name, len(free)) if special.is_zero else _singular(colloc, x, kind, len(free))
     if point is None:
         raise NotConverged(NewtonCode.SINGULAR, f"sensitivity of {special!r}")
-    slopes = point.slopes(of, len(free))
-    return {name: value for name, value in zip(others, slopes, strict=True) if name in special.solution.parameter_names}
+    slopes = dict(zip(others, point.slopes(of, len(free)), strict=True))
+    at = special.solution
+    of_value = at[of] if of in bvp.log else 1.0  # parameters followed in their logarithm: d log x = dx / x
+    return {
+        name: of_value * value / (at[name] if name in bvp.log else 1.0)
+        for name, value in slopes.items()
+        if name in at.parameter_names
+    }
 
 
 @dataclass(frozen=True)
@@ -140,14 +147,12 @@ def _zero(colloc: Collocation, x: Columns, name: str, count: int) -> _Point | No
 
 def _singular(colloc: Collocation, x: Columns, kind: str, count: int) -> _Point | None:
     """A fold or branch point: its kernel from the augmented system, and the gradients of what vanishes there."""
-    rest = colloc.base.copy()
-    rest[colloc.free] = colloc.parameters(x)[colloc.free]
-    own = Collocation(
-        colloc.bvp, colloc.mesh, colloc.scheme.points, rest, list(colloc.free[:count]), colloc.scale, colloc.backend
-    )
+    free, points = list(colloc.free[:count]), colloc.scheme.points
+    own = Collocation(colloc.bvp, colloc.mesh, points, colloc.base, free, colloc.scale, colloc.backend)
     start = Columns(x.stage, x.mesh, x.scalars[:count])
     solve = solve_fold if kind == "fold" else solve_branch_point
-    found = solve(own, start, _some_direction(own, start))
+    some = displacement(own, np.random.default_rng(11), count, 2)  # no kernel vector is likely to be normal to it
+    found = solve(own, start, scaled(some, 1.0 / own.norm(some)))
     if not found.converged:
         return None
     vectors = tuple(_with_zeros(v, len(x.scalars)) for v in found.vectors)
@@ -174,14 +179,3 @@ def _gradient(colloc: Collocation, name: str, x: Columns) -> Columns:
 
 def _with_zeros(v: Columns, count: int) -> Columns:
     return Columns(v.stage, v.mesh, np.append(v.scalars, np.zeros(count - len(v.scalars))))
-
-
-def _some_direction(colloc: Collocation, x: Columns) -> Columns:
-    """A smooth vector that no kernel vector is likely to be normal to."""
-    rng = np.random.default_rng(11)
-    shift, slope = rng.normal(size=(2, x.stage.shape[2]))
-    v = Columns(
-        shift + np.cos(np.pi * colloc.gauss)[..., None] * slope,
-        shift + np.cos(np.pi * colloc.mesh)[:, None] * slope, rng.normal(size=len(x.scalars)),
-    )  # fmt: skip
-    return scaled(v, 1.0 / colloc.norm(v))

@@ -9,6 +9,7 @@ from itertools import pairwise
 import numpy as np
 
 from rodatlas.continuation.curve.bounds import Crossing, are_finite, crossed
+from rodatlas.continuation.curve.chord import reached
 from rodatlas.continuation.curve.closing import passes
 from rodatlas.continuation.curve.doubt import Doubt, ErrorWatch
 from rodatlas.continuation.curve.events import (
@@ -169,7 +170,8 @@ class Walker:
         """Predict and correct; None to try a smaller step (or, when `end` is set, to stop here)."""
         control, here = self.options.step, self.frame
         guess = here.predict(step)
-        result = newton(here.colloc, guess, [plane(here.colloc, here.tangent, guess)], self.options.newton)
+        at, settings = plane(here.colloc, here.tangent, guess), self.options.newton
+        result = newton(here.colloc, guess, [at], settings, settings.chord)
         self.newton_iterations += len(result.corrections)
         if not result.converged or result.factorization is None:
             self.failure = result.code
@@ -177,7 +179,7 @@ class Walker:
         self.failure = None  # what follows is refused by step control
         if sum(result.corrections) > control.max_correction * step:
             return None
-        frame = here.reached(result.state, result.factorization, step)
+        frame = reached(here, result, step)
         cosine = here.colloc.inner(frame.tangent, here.tangent)
         if cosine < control.min_cosine:
             return None

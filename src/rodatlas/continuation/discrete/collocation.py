@@ -336,7 +336,11 @@ class Collocation:
         return float(w @ g[:, i]), Row((w @ g_p[:, :, i])[self.free] * self._sp, stage)
 
     def factor(self, lin: Linearization, rows: Sequence[Row] = (), columns: Sequence[Blocks] = ()) -> Factorization:
-        """Factor the derivative bordered by rows (end rows first, then dense ones) and artificial columns."""
+        """Factor the matrix of :meth:`bordered`."""
+        return factor(self.bordered(lin, rows, columns), self.backend)
+
+    def bordered(self, lin: Linearization, rows: Sequence[Row] = (), columns: Sequence[Blocks] = ()) -> BorderedMatrix:
+        """The derivative bordered by rows (end rows first, then dense ones) and artificial columns."""
         k, extra = lin.stage_scal.shape[2], len(columns)
         end_rows = [r for r in rows if r.stage is None]
         dense_rows = [r for r in rows if r.stage is not None]
@@ -350,7 +354,7 @@ class Collocation:
             dense_scal = np.concatenate([dense_scal, *[c.dense[:, None] for c in columns]], axis=1)
         ends = [r.ends or zero for r in end_rows]
         padded = {id(r): np.concatenate([r.scalars[:k], pad]) for r in rows}
-        matrix = BorderedMatrix(
+        return BorderedMatrix(
             self.scheme, self.bvp.sparsity, self.step, lin.jac, np.ascontiguousarray(stage_scal),
             np.vstack([lin.b_left, *[e[0] for e in ends]]),
             np.vstack([lin.b_right, *[e[1] for e in ends]]),
@@ -358,7 +362,6 @@ class Collocation:
             np.concatenate([lin.dense, *[r.stage[None] for r in dense_rows if r.stage is not None]]),
             np.vstack([dense_scal, *[padded[id(r)] for r in dense_rows]]),
         )  # fmt: skip
-        return factor(matrix, self.backend)
 
     def right_hand_side(self, residual: Blocks | None, rows: Sequence[Row], values: Sequence[float]) -> Blocks:
         """Minus the residual (zero when None), with `values` on the extra rows, in the order of :meth:`factor`."""

@@ -30,15 +30,31 @@ class NewtonCode(Enum):
     NOT_FINITE = "the right-hand side or a boundary condition returned NaN or infinity: keep the unknowns in its domain"
 
 
+CONTRACTION = 0.1  # largest ratio of two corrections with the same factors, else the matrix is factored again
+
+
 @dataclass(frozen=True)
 class NewtonOptions:
-    """Tolerance on the estimated remaining error (scaled variables), and limits."""
+    """Tolerance on the estimated remaining error (scaled variables), and limits.
+
+    Attributes
+    ----------
+    tolerance : largest error left, by estimate.
+    max_iterations, max_growth : corrections, and the largest ratio of two of them.
+    chord : whether a step of a branch is corrected with one factorization, that of its predicted point, as long as
+        corrections shrink to a tenth each time. It takes one or two corrections more, so it pays where factoring is
+        most of the work. Special points do not depend on it: they are solved for by Newton's method in any case, and
+        where the weakest mode changes much on the way the matrix is factored again.
+    """
 
     tolerance: float = 1e-9
     max_iterations: int = 8
     max_growth: float = 2.0
+    chord: bool = False
 
     def __post_init__(self) -> None:
+        if not isinstance(self.chord, bool):
+            raise ValueError(f"chord: expected True or False, got {self.chord!r}")
         check_fields(self, "tolerance", "max_iterations", "max_growth")
         if not (self.tolerance > 0 and self.max_iterations >= 1 and self.max_growth > 0):
             raise ValueError(
@@ -53,7 +69,8 @@ class NewtonResult:
 
     Attributes
     ----------
-    state : Columns, the last iterate; factorization : of the derivative at the iterate before it.
+    state : Columns, the last iterate; linearization : at the iterate before it; factorization : of that derivative,
+        or, when `chord`, of the one at an earlier iterate.
     corrections : sizes of the corrections made, in the scaled L2 norm.
     estimate : size of the next correction, estimated from the last two.
     """
@@ -64,6 +81,7 @@ class NewtonResult:
     linearization: Linearization | None
     corrections: tuple[float, ...]
     estimate: float
+    chord: bool = False
 
     @property
     def converged(self) -> bool:
@@ -71,22 +89,23 @@ class NewtonResult:
 
 
 def newton(
-    colloc: Collocation, x: Columns, conditions: Sequence[Condition], options: NewtonOptions | None = None
-) -> NewtonResult:
+    colloc: Collocation, x: Columns, conditions: Sequence[Condition], options: NewtonOptions | None = None,
+    chord: bool = False,
+) -> NewtonResult:  # fmt: skip
     r"""Solve F(x) = 0 together with as many conditions as there are free parameters beyond the problem's own.
 
     Convergence is quadratic, so after two corrections :math:`\delta_1, \delta_2` the next one is about
     :math:`\delta_2^3/\delta_1^2`; the run ends when that estimate is below the tolerance, without an evaluation
     that would only confirm it. State and corrections are projected on the subspace of the discretisation, if it has
-    one.
+    one. With `chord` the first factors serve as long as corrections shrink fast.
     """
     options = options or NewtonOptions()
     sizes: list[float] = []
-    factorization, lin = None, None
+    factorization, lin, old = None, None, False
     estimate = np.inf
 
     def result(code: NewtonCode) -> NewtonResult:
-        return NewtonResult(code, x, factorization, lin, tuple(sizes), float(estimate))
+        return NewtonResult(code, x, factorization, lin, tuple(sizes), float(estimate), old)
 
     if colloc.within is not None:
         x = colloc.within.state(x)
@@ -97,22 +116,31 @@ def newton(
         values, rows = zip(*[c(x) for c in conditions], strict=True) if conditions else ((), ())
         if not (finite and np.isfinite(values).all()):
             return result(NewtonCode.NOT_FINITE)
-        factorization = colloc.factor(lin, rows)
-        if factorization.sign == 0.0:
-            return result(NewtonCode.SINGULAR)
-        dx = factorization.solve(colloc.right_hand_side(lin.residual, rows, [-v for v in values]))
-        dx = colloc.kept_symmetric(dx)
-        size = colloc.norm(dx)
+        right = colloc.right_hand_side(lin.residual, rows, [-v for v in values])
+        dx, size = _correction(colloc, factorization, right) if chord and factorization is not None else (None, np.inf)
+        old = dx is not None and size <= CONTRACTION * sizes[-1]
+        if dx is None or not old:
+            factorization = colloc.factor(lin, rows)
+            if factorization.sign == 0.0:
+                return result(NewtonCode.SINGULAR)
+            dx, size = _correction(colloc, factorization, right)
         if not np.isfinite(size):
             return result(NewtonCode.SINGULAR)
         if sizes and size > options.max_growth * sizes[-1]:
             return result(NewtonCode.DIVERGED)
         x = add(x, (1.0, dx))
-        estimate = _next_correction(sizes, size)
+        # with the same factors the next correction shrinks as this one did, or, after the first one, twice as little
+        estimate = 2.0 * size * size / sizes[-1] if old else _next_correction(sizes, size)
         sizes.append(size)
         if estimate < options.tolerance:
             return result(NewtonCode.CONVERGED)
     return result(NewtonCode.SLOW)
+
+
+def _correction(colloc: Collocation, factorization: Factorization, right: Blocks) -> tuple[Columns, float]:
+    """A correction with given factors, and its size."""
+    dx = colloc.kept_symmetric(factorization.solve(right))
+    return dx, colloc.norm(dx)
 
 
 def _next_correction(sizes: list[float], size: float) -> float:

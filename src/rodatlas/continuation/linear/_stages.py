@@ -18,7 +18,7 @@ file because a Numba cache does not notice changes of functions that live in ano
 from typing import Any
 
 import numpy as np
-from llvmlite import ir
+from llvmlite import ir  # type: ignore[import-untyped]
 from numba import njit, types
 from numba.core import cgutils
 from numba.extending import intrinsic
@@ -28,17 +28,16 @@ LANES = 8
 _OPTIONS: Any = {"cache": True, "fastmath": {"contract", "reassoc", "nsz", "arcp"}, "error_model": "numpy"}
 
 
-@intrinsic
-def subtract(typingctx, x, i, count, f, q, y, p):  # type: ignore[no-untyped-def]
+def _subtract(typingctx, x, i, count, f, q, y, p):
     """x[i + c] -= f[q] * y[p + c] for all c < count, of arrays (., LANES).
 
     In vectors, because the compiler unrolls a loop over LANES before it comes to think of them.
     """
 
-    def codegen(context, builder, signature, arguments):  # type: ignore[no-untyped-def]
+    def codegen(context, builder, signature, arguments):
         vector = ir.VectorType(ir.DoubleType(), LANES)
 
-        def row(array, number):  # type: ignore[no-untyped-def]
+        def row(array, number):
             made = context.make_array(signature.args[array])(context, builder, arguments[array])
             return builder.gep(builder.bitcast(made.data, vector.as_pointer()), [arguments[number]])
 
@@ -52,6 +51,9 @@ def subtract(typingctx, x, i, count, f, q, y, p):  # type: ignore[no-untyped-def
         return context.get_dummy_value()
 
     return types.void(x, i, count, f, q, y, p), codegen
+
+
+subtract: Any = intrinsic(_subtract)
 
 
 @njit(**_OPTIONS)
@@ -109,9 +111,12 @@ def _factor(w, rows, width, pivots, first, lanes):
                 sign = -sign
         for i in range(p + 1, rows):
             f = i * width + p
+            coupled = False
             for l in range(LANES):
                 w[f, l] *= inverse[l]
-            subtract(w, f + 1, width - p - 1, w, f, w, p * width + p + 1)
+                coupled = coupled or w[f, l] != 0.0
+            if coupled:
+                subtract(w, f + 1, width - p - 1, w, f, w, p * width + p + 1)
     return sign, log_det
 
 
@@ -122,7 +127,11 @@ def _back(w, rows, width):
     for i in range(rows - 1, -1, -1):
         right = i * width + rows
         for j in range(i + 1, rows):
-            subtract(w, right, width - rows, w, i * width + j, w, j * width + rows)
+            coupled = False
+            for l in range(LANES):
+                coupled = coupled or w[i * width + j, l] != 0.0
+            if coupled:
+                subtract(w, right, width - rows, w, i * width + j, w, j * width + rows)
         for l in range(LANES):
             inverse[l] = 1.0 / w[i * width + i, l]
         for j in range(right, right + width - rows):

@@ -30,6 +30,10 @@ import numpy as np
 from rodatlas.continuation.linear.gauss import GaussScheme
 from rodatlas.continuation.linear.sparsity import Sparsity
 
+LARGE = (
+    144  # stage equations of one component from which on blocks of LAPACK pay: 36 unknowns that depend on each other
+)
+
 
 @dataclass(frozen=True)
 class BorderedMatrix:
@@ -54,6 +58,18 @@ class BorderedMatrix:
     def sizes(self) -> tuple[int, int, int, int]:
         """(N, m, n, k)."""
         return len(self.step), self.scheme.points, self.sparsity.size, self.stage_scal.shape[2]
+
+    def times(self, x: Columns) -> Blocks:
+        """The matrix applied to a vector."""
+        n_int, m, n, _ = self.sizes
+        stage = np.matmul(self.scheme.d, x.stage) + self.scheme.d0[:, None] * x.mesh[:-1, None, :]
+        by_entry = self.jac * x.stage.reshape(n_int * m, n)[:, self.sparsity.cols]
+        stage -= self.step[:, None, None] * (by_entry @ self.sparsity.row_sums).reshape(n_int, m, n)
+        stage += (self.stage_scal @ x.scalars).reshape(n_int, m, n)
+        chain = x.mesh[1:] - self.scheme.c_left * x.mesh[:-1] - np.einsum("i,jia->ja", self.scheme.c_stage, x.stage)
+        ends = self.b_left @ x.mesh[0] + self.b_right @ x.mesh[-1] + self.b_scal @ x.scalars
+        dense = self.dense.reshape(len(self.dense), n_int * m * n) @ x.stage.ravel() + self.dense_scal @ x.scalars
+        return Blocks(stage, chain, ends, dense)
 
 
 @dataclass(frozen=True)
@@ -104,7 +120,11 @@ def backend_name() -> str:
 
 
 def factor(matrix: BorderedMatrix, backend: str | None = None) -> Factorization:
-    """Factor the matrix with the chosen backend; both give the same answers to round-off."""
+    """Factor the matrix with the chosen backend, or the one for large blocks; all agree to round-off."""
+    if backend == "lapack" or matrix.scheme.points * matrix.sparsity.largest >= LARGE:
+        from rodatlas.continuation.linear.lapack_backend import LapackFactorization
+
+        return LapackFactorization(matrix)
     if (backend or backend_name()) == "numba":
         from rodatlas.continuation.linear.numba_backend import NumbaFactorization
 

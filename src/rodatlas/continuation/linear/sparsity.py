@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
@@ -46,6 +47,18 @@ class Sparsity:
     @property
     def components(self) -> list[list[int]]:
         return [self.members[a:b].tolist() for a, b in zip(self.member_ptr[:-1], self.member_ptr[1:], strict=True)]
+
+    @cached_property
+    def row_sums(self) -> np.ndarray:
+        """(nnz, n) matrix of ones that adds up the nonzeros of each row."""
+        ones = np.zeros((len(self.rows), self.size))
+        ones[np.arange(len(self.rows)), self.rows] = 1.0
+        return ones
+
+    @property
+    def largest(self) -> int:
+        """Size of the largest component that depends on itself."""
+        return int(np.diff(self.member_ptr)[self.coupled].max(initial=0))
 
     def __repr__(self) -> str:
         return f"Sparsity({len(self.rows)} nonzeros, components of sizes {[len(c) for c in self.components]})"

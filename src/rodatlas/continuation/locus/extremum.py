@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from rodatlas.continuation.curve.options import TraceOptions
+from rodatlas.continuation.curve.start import NotConverged
 from rodatlas.continuation.discrete.collocation import Scale
 from rodatlas.continuation.problem.bvp import BVP
 from rodatlas.continuation.results.branch import SpecialPoint
@@ -47,6 +48,8 @@ def follow_extremum(
     except BaseException as error:
         if hasattr(error, "locus"):
             error.locus = said.locus(error.locus)
+        if isinstance(error, NotConverged) and error.solution is not None:
+            error.solution = view.original(error.solution)
         raise
 
 
