@@ -19,6 +19,7 @@ from rodatlas.continuation import (
     follow_locus,
     integral_of,
     is_symmetry,
+    sensitivity,
     switch_all,
     trace,
     value_at,
@@ -182,3 +183,20 @@ def test_chords_on_an_orbit() -> None:
         assert branch.special == ()
         ends.append(branch.points[-1].solution["power"])
     assert ends[0] == pytest.approx(ends[1], rel=1e-8)
+
+
+def test_derivatives_of_points_on_an_orbit() -> None:
+    """The value lam at which u^2 has a given mean, as mu changes: mu times it is a function of lam alone."""
+    bvp = ring()
+    options = TraceOptions(bounds={"lam": (35.0, 60.0)}, zeros={"power": 5.0}, extrema=("bump",))
+    (point,) = trace(bvp, rest(bvp, lam=35.0), ("lam",), options).of_kind("branch point")
+    (branch,) = switch_all(bvp, point, ("lam",), options)
+    (zero,) = branch.of_kind("zero of power")
+    least = branch.of_kind("extremum of bump")[0]
+    shift = 1e-3
+    for x, of in ((zero, "lam"), (least, "lam")):
+        values = []
+        for mu in (1.0 - shift, 1.0 + shift):
+            other = trace(bvp, x.solution.with_parameters(mu=mu), ("lam",), options)
+            values.append(next(y for y in other.special if y.kind == x.kind).solution["lam"])
+        assert sensitivity(bvp, x, of)["mu"] == pytest.approx((values[1] - values[0]) / (2 * shift), rel=1e-3)

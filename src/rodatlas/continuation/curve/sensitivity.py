@@ -22,6 +22,7 @@ from rodatlas.continuation.checks import check_type
 from rodatlas.continuation.curve.start import IDLE, NotConverged
 from rodatlas.continuation.discrete.collocation import Collocation, Row, Scale, add, scaled
 from rodatlas.continuation.discrete.newton import NewtonCode
+from rodatlas.continuation.discrete.phase import phased
 from rodatlas.continuation.discrete.random_fields import displacement
 from rodatlas.continuation.linear.matrix import Blocks, Columns, Factorization
 from rodatlas.continuation.problem.bvp import BVP
@@ -79,13 +80,13 @@ def sensitivity(bvp: BVP, special: SpecialPoint, of: str | None = None) -> dict[
         scale, solution = view.scale(scale, solution[special.name]), view.solution(solution)
         bvp, free, kind = view.inside, view.free(free), "fold"
     others = [name for name in bvp.parameter_names if name not in free]
-    index = [bvp.parameter_index(name) for name in (*free, *others)]
-    colloc = Collocation.at(bvp, solution, index, scale)
+    bvp, index = phased(bvp, solution, [bvp.parameter_index(name) for name in free], scale)
+    colloc, count = Collocation.at(bvp, solution, [*index, *map(bvp.parameter_index, others)], scale), len(index)
     x = colloc.state(solution)
-    point = _zero(colloc, x, special.name, len(free)) if special.is_zero else _singular(colloc, x, kind, len(free))
+    point = _zero(colloc, x, special.name, count) if special.is_zero else _singular(colloc, x, kind, count)
     if point is None:
         raise NotConverged(NewtonCode.SINGULAR, f"sensitivity of {special!r}")
-    slopes = dict(zip(others, point.slopes(of, len(free)), strict=True))
+    slopes = dict(zip(others, point.slopes(of, count), strict=True))
     at = special.solution
     of_value = at[of] if of in bvp.log else 1.0  # parameters followed in their logarithm: d log x = dx / x
     return {

@@ -261,10 +261,14 @@ class Collocation:
     def norm(self, v: Columns) -> float:
         return float(np.sqrt(self.inner(v, v)))
 
+    @property
+    def unfolding_scalars(self) -> np.ndarray:
+        """Numbers, among the free parameters, of those that unfold phase conditions."""
+        return np.flatnonzero(self.free >= len(self.bvp.own_parameters))
+
     def unfolding(self, x: Columns) -> float:
         """Largest unfolding parameter of the phase conditions, which vanishes at solutions."""
-        k, c = len(self.free), self.bvp.unfoldings
-        return float(np.abs(x.scalars[k - c : k]).max(initial=0.0))
+        return float(np.abs(x.scalars[self.unfolding_scalars]).max(initial=0.0))
 
     # -- first derivatives ----------------------------------------------------------------------------------------
 

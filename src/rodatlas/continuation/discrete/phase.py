@@ -54,13 +54,12 @@ class Phase:
 
     def added(self, colloc: Collocation, x: Columns, lin: Linearization) -> Linearization:
         """The linearisation with the columns of the unfolding parameters, and the conditions as last integrals."""
-        r, c, k = len(self.directions), len(self.columns), len(colloc.free)
-        first = len(lin.residual.dense) - r
+        first = len(lin.residual.dense) - len(self.directions)
         stage, ends, dense = (a.copy() for a in (lin.residual.stage, lin.residual.ends, lin.residual.dense))
         stage_scal, b_scal = lin.stage_scal.copy(), lin.b_scal.copy()
         weights, dense_scal = lin.dense.copy(), lin.dense_scal.copy()
-        for i, column in enumerate(self.columns):
-            j, epsilon = k - c + i, float(x.scalars[k - c + i])
+        for j, column in zip(colloc.unfolding_scalars, self.columns, strict=True):
+            epsilon = float(x.scalars[j])
             stage += epsilon * column.stage
             ends += epsilon * column.ends
             dense += epsilon * column.dense
@@ -245,7 +244,7 @@ def _with_left_vectors(
         lin = phase.added(colloc, x, colloc.bare_linearization(x))
         fac = colloc.factor(lin, border) if lin.is_finite else None
         for i in range(c if fac is not None and fac.sign != 0.0 else 0):
-            unit = np.eye(k)[k - c + i]
+            unit = np.eye(k)[colloc.unfolding_scalars[i]]
             w = fac.solve_transposed(Columns(np.zeros_like(x.stage), np.zeros_like(x.mesh), unit))  # type: ignore[union-attr]
             dense = np.concatenate([w.dense[: bvp.n_integral - bvp.phases], np.zeros(bvp.phases)])
             stage = colloc.step[:, None, None] ** 2 / colloc.quadrature * w.stage
@@ -276,8 +275,9 @@ def _combination(vectors: Sequence[Columns], factors: np.ndarray) -> Columns:
 
 
 def _smooth_vector(colloc: Collocation, rng: np.random.Generator) -> Columns:
-    own = len(colloc.free) - colloc.bvp.unfoldings
-    return fitted(fitted(displacement(colloc, rng, len(colloc.free), TERMS), own), len(colloc.free))
+    v = displacement(colloc, rng, len(colloc.free), TERMS)
+    v.scalars[colloc.unfolding_scalars] = 0.0
+    return v
 
 
 def _smooth_column(colloc: Collocation, rng: np.random.Generator) -> Blocks:
