@@ -5,9 +5,11 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from bvp_problems import constant
+from scipy.integrate import solve_ivp
+from scipy.optimize import brentq
 from scipy.special import erf
 
-from rodatlas.continuation import BVP, Solution, solve
+from rodatlas.continuation import BVP, Solution, TraceOptions, end_value, solve, trace
 
 
 @pytest.mark.parametrize("e", [1e-3, 1e-5, 1e-7])
@@ -83,3 +85,100 @@ def test_musn() -> None:
     found = solve(bvp, guess)
     expected = [1.40232358, 0.71310218, 2.02032383, -9.71310218, 2.02032383]
     np.testing.assert_allclose(found.values[-1], expected, atol=2e-8)
+
+
+def test_two_solutions_with_a_kink() -> None:
+    """The example of MATLAB's bvp4c: y'' + |y| = 0, y(0) = 0, y(4) = -2; slopes at 0 in closed form."""
+    bvp = BVP(
+        lambda s, u, p: [u.v, -np.fabs(u.y)], lambda left, right, p: [left.y, right.y + 2], unknowns=("y", "v"),
+        interval=(0.0, 4.0),
+    )  # fmt: skip
+    for guess, slope in ((1.0, 2 / np.sinh(4 - np.pi)), (-1.0, -2 / np.sinh(4.0))):
+        found = solve(bvp, Solution.from_function(lambda s, g=guess: np.tile([g, 0.0], (len(s), 1)), bvp.unknowns, {}))
+        assert found(0.0, "v") == pytest.approx(slope, abs=1e-8)
+
+
+def test_hiemenz_flow() -> None:
+    """g''' + g g'' + 1 - g'^2 = 0, which other solvers got wrong in public; g''(0) = 1.2325876568 (White 2006)."""
+    bvp = BVP(
+        lambda s, u, p: [u.h, u.k, u.h**2 - 1 - u.g * u.k],
+        lambda left, right, p: [left.g, left.h, right.h - 1],
+        unknowns=("g", "h", "k"),
+        interval=(0.0, 10.0),
+    )
+    start = Solution.from_function(lambda s: np.column_stack([s, 1 + 0 * s, 0 * s]), bvp.unknowns, {})
+    assert solve(bvp, start)(0.0, "k") == pytest.approx(1.2325876568, abs=1e-8)
+
+
+def test_folds_of_gelfands_problem_in_a_ball() -> None:
+    """u'' + 2 u'/r + lam e^u = 0: lam = x^2 e^-psi along Emden's isothermal sphere, folds at x psi'(x) = 2."""
+    bvp = BVP(
+        lambda s, u, p: [u.v, -2 * u.v / s - p.lam * np.exp(u.u)],
+        lambda left, right, p: [left.v, right.u],
+        unknowns=("u", "v"),
+        parameters={"lam": 0.0},
+        observables={"top": end_value(lambda left, right, p: left.u)},
+    )
+    start = Solution.from_function(lambda s: np.zeros((len(s), 2)), bvp.unknowns, bvp.parameters)
+    branch = trace(bvp, start, ("lam",), TraceOptions(bounds={"top": (-1.0, 12.0)}), both=False)
+    first = 1e-6
+    sphere = solve_ivp(
+        lambda x, y: [y[1], np.exp(-y[0]) - 2 / x * y[1]], (first, 1e3), [first**2 / 6, first / 3], method="DOP853",
+        rtol=1e-12, atol=1e-14, dense_output=True,
+    ).sol  # fmt: skip
+    places = np.geomspace(0.1, 1e3, 4000)
+    excess = np.array([x * sphere(x)[1] - 2 for x in places])
+    roots = [
+        brentq(lambda x: x * sphere(x)[1] - 2, a, b, xtol=1e-12)
+        for a, b, c, d in zip(places[:-1], places[1:], excess[:-1], excess[1:], strict=True)
+        if c * d < 0
+    ]
+    expected = [x**2 * np.exp(-sphere(x)[0]) for x in roots][:3]
+    assert [x.kind for x in branch.special] == ["fold"] * 3
+    assert np.allclose([x.solution["lam"] for x in branch.special], expected, rtol=1e-7)
+
+
+def test_shrinking_sheet() -> None:
+    """f''' + f f'' = f'^2, f'(0) = -1: f = S - (1 - e^(-b x))/b, b = (S -+ sqrt(S^2 - 4))/2; the two meet at S = 2."""
+    length = 30.0
+    bvp = BVP(
+        lambda s, u, p: [u.g, u.h, u.g**2 - u.f * u.h],
+        lambda left, right, p: [left.f - p.S, left.g + 1, right.g],
+        unknowns=("f", "g", "h"),
+        parameters={"S": 3.0},
+        observables={"wall": end_value(lambda left, right, p: left.h)},
+        interval=(0.0, length),
+    )
+    b = (3 + np.sqrt(5)) / 2
+
+    def exact(s: np.ndarray) -> np.ndarray:
+        fall = np.exp(-b * length * s)
+        return np.column_stack([3 - (1 - fall) / b, -fall, b * fall])
+
+    start = Solution.from_function(exact, bvp.unknowns, bvp.parameters)
+    branch = trace(bvp, start, ("S",), TraceOptions(bounds={"S": (1.5, 4.0), "wall": (0.6, 10.0)}))
+    (fold,) = branch.special
+    assert (fold.kind, fold.solution["S"]) == ("fold", pytest.approx(2.0, abs=1e-8))
+    for point in branch.points:
+        assert point.solution["S"] == pytest.approx(point.solution["wall"] + 1 / point.solution["wall"], abs=1e-6)
+
+
+def test_ignition_of_a_catalyst() -> None:
+    """y'' = f y exp(g b (1 - y)/(1 + b (1 - y))), y'(0) = 0, y(1) = 1; folds by quadrature of the first integral."""
+    g, b = 20.0, 0.4
+
+    def rate(y):
+        return y * np.exp(g * b * (1 - y) / (1 + b * (1 - y)))
+
+    bvp = BVP(
+        lambda s, u, p: [u.v, p.f * rate(u.y)],
+        lambda left, right, p: [left.v, right.y - 1],
+        unknowns=("y", "v"),
+        parameters={"f": 0.0},
+        observables={"center": end_value(lambda left, right, p: left.y)},
+    )
+    start = Solution.from_function(lambda s: np.tile([1.0, 0.0], (len(s), 1)), bvp.unknowns, bvp.parameters)
+    branch = trace(bvp, start, ("f",), TraceOptions(bounds={"f": (0.0, 2.0), "center": (1e-3, 2.0)}), both=False)
+    assert [x.kind for x in branch.special] == ["fold", "fold"]
+    expected = 0.1375574408, 0.0779303111  # extrema of (int_c^1 dy / sqrt(2 (H(y) - H(c))))^2 in c, H' = rate, by SciPy
+    assert np.allclose([x.solution["f"] for x in branch.special], expected, atol=1e-9)
