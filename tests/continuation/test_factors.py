@@ -24,6 +24,8 @@ EXAMPLES = sorted((Path(__file__).parents[2] / "examples").glob("*.py"))
 LONG = ("arch", "auto_kar", "auto_spb", "gelfand", "phase_separation")  # more than two seconds each time
 FACTORS = ((0.3, 1.0), (3.0, 1.0), (1.0, 0.5), (1.0, 2.0))  # of steps and meshes
 SAME = 1e-6
+TOUCHES = ("arch",)  # a mode that reaches zero and turns (the third, at q = 3 pi^4 for a rise of 3) is no branch point,
+# but told as nearly singular where a step comes close enough to it
 
 
 @dataclass(frozen=True)
@@ -62,6 +64,8 @@ def test_same_points(path: Path, steps: float, mesh: float) -> None:
     """The two sides of a branch point may come in the other order: which kernel vector is called positive is open."""
     expected, missing = list(findings(path, steps, mesh)), []
     for one in findings(path, 1.0, 1.0):
+        if path.stem in TOUCHES:
+            one, expected = replace(one, complete=True), [replace(other, complete=True) for other in expected]
         same = next((other for other in expected if one.agrees(other)), None)
         if same is None:
             missing.append(one)

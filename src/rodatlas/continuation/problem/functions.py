@@ -128,4 +128,6 @@ def erf(x: Any) -> Any:
         return of_numbers(x)
     import casadi as ca
 
+    if not isinstance(x, (ca.SX, ca.MX, ca.DM)):
+        raise ValueError(f"x: expected a number, an array or a symbol, got {x!r}")
     return ca.erf(x)

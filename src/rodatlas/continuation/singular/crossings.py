@@ -51,6 +51,8 @@ def next_crossings(
     basis, h = [_first(colloc, start)], np.zeros((size + 1, size))
     for j in range(size):
         b = mixed_derivative(colloc, x, tangent, basis[j])
+        if not np.isfinite(b.stage).all():
+            return None
         y = fac.solve(Blocks(b.stage, b.chain, b.ends, np.append(b.dense, 0.0)))
         before = colloc.norm(y)
         if not np.isfinite(before):
