@@ -18,7 +18,7 @@ from rodatlas.continuation.singular.augmented import Augmented
 PLACES = 65  # on a step, at which a cubic is looked at
 FOLD_NOISE = 1e-9  # tangent component of the parameter below which it is round-off: the branch is vertical
 STEEP = 4.0  # change of a singular value per arclength that is hardly ever exceeded, where none is known yet
-LEEWAY = 1.3  # by which a mode may be steeper than those that were seen
+LEEWAY = 2.0  # by which a mode may be steeper than those that were seen
 EDGE = 0.02  # share of a segment at its ends where an expected branch point may lie on the next one
 
 

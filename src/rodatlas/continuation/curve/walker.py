@@ -326,7 +326,7 @@ class Walker:
         control, here = self.options.mesh, self.frame
         found = adapted(here, self.options, first=self._window[0] is self._first)
         self.newton_iterations += found.spent
-        self._measured(found.error, found.resolved and self._accounts_for(found.frame.expected, here.expected))
+        self._measured(found.error, found.resolved and self._accounts_for(found.frame.expected))
         self.frame = found.frame
         step_error = 0.1 * self.options.step.max_correction * self._step  # with more no step would be accepted
         if self.frame.error > min(step_error, ACCEPTED * control.tolerance):
@@ -342,23 +342,20 @@ class Walker:
         now = self.frame
         self._watch.moved(now.colloc, now.error, monitor(now.colloc, now.x))
 
-    def _accounts_for(self, expected: tuple[float, ...], before: tuple[float, ...]) -> bool:
+    def _accounts_for(self, expected: tuple[float, ...]) -> bool:
         """Whether every branch point that is seen behind, on the points of the window, is one that was located.
 
-        Places at a distance are known to first order only: what was not seen ahead too, at the last look (`before`), is
-        no branch point but the shape of the curve, and those close to the end of the window may lie ahead.
+        Places at a distance are known to first order only, and those close to the end of the window may lie ahead.
         """
         if not self._looks_back:
             return True
-        known = [x.arclength for x in self._singular for _ in range(x.multiplicity)]
+        known = [x for x in self._singular for _ in range(x.multiplicity)]
         here, back = self.last.arclength, self.last.arclength - self._window[0].arclength
         for distance in sorted(-d for d in expected if d < 0):
             if not EDGE * self.last.step < distance < (1 - VAGUE) * back:
                 continue
-            if all(abs(d + distance) > VAGUE * back for d in before):
-                continue
-            match = min(known, key=lambda s: abs(here - distance - s), default=np.inf)
-            if not abs(here - distance - match) < VAGUE * distance:
+            match = min(known, key=lambda x: abs(here - distance - x.arclength), default=None)
+            if match is None or not _is_seen_at(match, distance, here - match.arclength):
                 return False
             known.remove(match)
         return True
@@ -376,3 +373,9 @@ class Walker:
         if not resolved and "branch point" in self.options.locate:
             self.unseen += [self._between(a, b, (), UNRESOLVED_MODE) for a, b in pairwise(self._window)]
         self._window = [self.last]
+
+
+def _is_seen_at(point: SpecialPoint, distance: float, true: float) -> bool:
+    """Whether a branch point may be what is seen at a distance; a mode that only touches zero is seen at half of it."""
+    nearest = 0.5 if point.turns or point.multiplicity > 1 else 1.0
+    return (nearest - VAGUE) * true < distance < (1 + VAGUE) * true
