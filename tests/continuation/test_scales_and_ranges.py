@@ -6,7 +6,18 @@ import numpy as np
 import pytest
 from bvp_problems import bratu, constant
 
-from rodatlas.continuation import BVP, EndReason, NotConverged, Solution, TraceOptions, end_value, solve, trace
+from rodatlas.continuation import (
+    BVP,
+    EndReason,
+    MeshControl,
+    NotConverged,
+    Solution,
+    StepControl,
+    TraceOptions,
+    end_value,
+    solve,
+    trace,
+)
 
 
 def loaded(scales=None) -> BVP:
@@ -68,3 +79,37 @@ def test_a_problem_without_a_parameter_may_have_no_solution() -> None:
     assert "held" not in str(caught.value)
     with pytest.raises(ValueError, match="at most 2 conditions"):
         BVP(rhs, lambda left, right, p: [left.u, right.u, left.v], unknowns=("u", "v"))
+
+
+@pytest.mark.parametrize("step", [0.3, 1.0])
+def test_a_bound_that_an_observable_passes_twice_on_one_step(step: float) -> None:
+    """g = 1/(1 + 4 lam^2) is above 0.99 for |lam| < 0.0503 only; the branch ends there, not beyond."""
+    bvp = BVP(
+        lambda s, u, p: [0.0 * u.x],
+        lambda left, right, p: [left.x - p.lam],
+        unknowns=("x",),
+        parameters={"lam": -2.0},
+        observables={"g": end_value(lambda left, right, p: 1 / (1 + 4 * left.x**2))},
+    )
+    start = Solution.from_function(lambda s: np.full((len(s), 1), -2.0), bvp.unknowns, bvp.parameters)
+    control = StepControl(initial=0.02 * step, maximum=0.5 * step)
+    branch = trace(bvp, start, ("lam",), TraceOptions(bounds={"lam": (-2.0, 2.0), "g": (0.0, 0.99)}, step=control))
+    assert branch.column("lam")[-1] == pytest.approx(-np.sqrt((1 / 0.99 - 1) / 4), abs=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("make", "field"),
+    [
+        (lambda: MeshControl(intervals=(10,)), "intervals"),
+        (lambda: MeshControl(intervals=(10, 20, 30)), "intervals"),
+        (lambda: MeshControl(points=4.5), "points"),
+        (lambda: TraceOptions(index=3), "index"),
+        (lambda: TraceOptions(on_point=3), "on_point"),
+        (lambda: TraceOptions(max_folds=-1), "max_folds"),
+        (lambda: TraceOptions(max_points=2.5), "max_points"),
+        (lambda: TraceOptions(zeros={"g": float("nan")}), "zeros"),
+    ],
+)
+def test_settings_of_the_wrong_kind_are_named(make, field: str) -> None:
+    with pytest.raises(ValueError, match=f"^{field}: expected"):
+        make()

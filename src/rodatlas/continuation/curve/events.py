@@ -97,6 +97,8 @@ def unresolved(
     near = GRAZING if segment.step > tried / 8 else 0.0
     if any(may_pass_twice(segment, name, value, near) for name, value in options.sought):
         return True
+    if any(_may_leave_and_return(segment, name, pair, near) for name, pair in options.bounds.items()):
+        return True
     if "branch point" in options.locate and not told_apart and may_be_singular_twice(segment):
         return True
     return any(_outside(e.special, segment, options) for e in events)
@@ -115,6 +117,17 @@ def may_pass_twice(segment: Segment, name: str, value: float, share: float = 0.0
     ends = (segment.left, segment.right)
     slopes = [slope_along(segment.colloc, name, frame.x, frame.tangent) for frame in ends]
     return passes_twice(_values(segment, name, value), (slopes[0], slopes[1]), segment.step, share)
+
+
+def _may_leave_and_return(segment: Segment, name: str, bounds: tuple[float, float], share: float) -> bool:
+    """Whether an observable may lie beyond a bound between two points at which it does not."""
+    if name not in segment.colloc.bvp.observables:
+        return False
+    off = [min(map(abs, _values(segment, name, bound))) for bound in bounds]
+    scale = max(1.0, *map(abs, bounds))  # a step that ends at a bound comes as near to it as it should
+    return any(
+        may_pass_twice(segment, name, bound, share) for bound, d in zip(bounds, off, strict=True) if d > 1e-9 * scale
+    )
 
 
 def may_be_singular_twice(segment: Segment) -> bool:

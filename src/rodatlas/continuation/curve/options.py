@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict, dataclass, field, fields, replace
-from numbers import Real
+from numbers import Integral, Real
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from rodatlas.continuation.checks import check_each, check_fields, check_type
+from rodatlas.continuation.checks import check_each, check_fields, check_type, shown
 from rodatlas.continuation.discrete.mesh import MeshControl
 from rodatlas.continuation.discrete.newton import NewtonOptions
 from rodatlas.continuation.problem.bvp import BVP
@@ -105,7 +105,14 @@ class TraceOptions:
         check_each("locate", self.locate, str, f"some of {KINDS}")
         check_each("extrema", self.extrema, str, "a tuple of names of free parameters or observables")
         check_each("within", self.within, str, "a tuple of names of symmetries")
-        check_fields(self, "max_points")
+        check_type("max_points", self.max_points, Integral, "a whole number")
+        for name in ("index", "stop_at", "on_point"):
+            if getattr(self, name) is not None and not callable(getattr(self, name)):
+                raise ValueError(f"{name}: expected a function, got {getattr(self, name)!r}")
+        if self.max_folds is not None:
+            check_type("max_folds", self.max_folds, Integral, "a whole number")
+            if self.max_folds < 0:
+                raise ValueError(f"max_folds: expected at least 0, got {self.max_folds}")
         for kind in self.locate:
             if kind not in KINDS:
                 raise ValueError(f"locate: expected some of {KINDS}, got '{kind}'")
@@ -114,7 +121,9 @@ class TraceOptions:
                 raise ValueError(f"bounds: expected numbers low < high for '{name}', got {pair!r}")
         for name, value in self.zeros.items():
             if not isinstance(value, Real) and not _are_numbers(value):
-                raise ValueError(f"zeros: expected a number, or a sequence of them, for '{name}', got {value!r}")
+                raise ValueError(f"zeros: expected a number, or a sequence of them, for '{name}', got {shown(value)}")
+            if not np.isfinite(np.asarray(value, dtype=float)).all():
+                raise ValueError(f"zeros: expected finite numbers for '{name}', got {shown(value)}")
         if self.backend not in (None, "numba", "scipy"):
             raise ValueError(f"backend: expected 'numba', 'scipy' or None, got '{self.backend}'")
         if self.max_points < 1:

@@ -4,10 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from numbers import Real
 
 import numpy as np
 
-from rodatlas.continuation.checks import check_type
+from rodatlas.continuation.checks import check_type, shown
 from rodatlas.continuation.curve.options import TraceOptions
 from rodatlas.continuation.curve.point import Frame, with_tests
 from rodatlas.continuation.curve.settle import across, settled
@@ -120,8 +121,8 @@ def _check(bvp: BVP, at: SpecialPoint, side: int, ray: int | None) -> None:
     if at.continuum and not bvp.generators:
         raise ValueError(UNDECLARED)
     count = max(4, len(at.rays)) if at.multiplicity == 1 else len(at.rays)
-    if ray is not None and not 0 <= ray < count:
-        raise ValueError(f"ray: expected 0 to {count - 1}, got {ray!r}")
+    if ray is not None and not (type(ray) is int and 0 <= ray < count):
+        raise ValueError(f"ray: expected 0 to {count - 1}, got {shown(ray)}")
     check_belongs(bvp, "at", at.solution)
 
 
@@ -129,6 +130,8 @@ def _departure(
     bvp: BVP, at: SpecialPoint, free: tuple[str, ...], options: TraceOptions, ray: int, scale: Scale | None
 ) -> _Departure | None:
     """Where and how to leave a branch point along one of its rays; None when the ray does not exist."""
+    if scale is not None:
+        check_type("scale", scale, Scale, "a Scale")
     scale, indices = scale or at.scale or Scale.of(bvp, at.solution), free_indices(bvp, free)
     inside, all_free = phased(bvp, at.solution, indices, scale)
     colloc = Collocation.at(inside, at.solution, all_free, scale, options.backend)
@@ -183,6 +186,10 @@ def _along_ray(
 
 def _followed(at: SpecialPoint, start: _Departure, options: TraceOptions, first_step: float | None) -> Branch | None:
     """The branch that leaves a branch point, which is its first point; None when the first step fails."""
+    if first_step is not None:
+        check_type("first_step", first_step, Real, "a length")
+        if not 0 < first_step < np.inf:
+            raise ValueError(f"first_step: expected a positive length, got {first_step!r}")
     origin = start.origin
     found = _step_off(origin, start.bend, options, first_step or start.step)
     if found is None:

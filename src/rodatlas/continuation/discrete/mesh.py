@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from numbers import Real
+from numbers import Integral
 
 import numpy as np
 
-from rodatlas.continuation.checks import check_each, check_fields
+from rodatlas.continuation.checks import check_each, check_fields, check_type
 from rodatlas.continuation.discrete.collocation import Collocation, add
 from rodatlas.continuation.discrete.jumps import jump_error, residual_of
 from rodatlas.continuation.linear.matrix import Columns, Factorization
@@ -36,7 +36,11 @@ class MeshControl:
 
     def __post_init__(self) -> None:
         check_fields(self, "tolerance", "points", "every")
-        check_each("intervals", self.intervals, Real, "(fewest, most)")
+        check_each("intervals", self.intervals, Integral, "(fewest, most), whole numbers")
+        if len(self.intervals) != 2:
+            raise ValueError(f"intervals: expected (fewest, most), got {self.intervals}")
+        for name in ("points", "every"):
+            check_type(name, getattr(self, name), Integral, "a whole number")
         if not 0 < self.tolerance < 1:
             raise ValueError(f"tolerance: expected a number between 0 and 1, got {self.tolerance}")
         if not 1 <= self.points <= 9:

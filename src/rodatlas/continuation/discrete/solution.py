@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from rodatlas.continuation.checks import as_array
 from rodatlas.continuation.linear.gauss import gauss_scheme
 
 if TYPE_CHECKING:
@@ -72,7 +73,10 @@ class Solution:
             return self.parameter(name)
         if name in self.unknowns:
             return self.values[:, self.unknowns.index(name)]
-        return self.observables[name]
+        if name in self.observables:
+            return self.observables[name]
+        known = ", ".join((*self.unknowns, *self.parameter_names, *self.observables))
+        raise KeyError(f"expected one of {known}, got {name!r}")
 
     @property
     def s(self) -> np.ndarray:
@@ -91,7 +95,9 @@ class Solution:
         """
         if side not in ("left", "right"):
             raise ValueError(f"side: expected 'left' or 'right', got {side!r}")
-        s = np.atleast_1d(np.asarray(s, dtype=float))
+        if name is not None and name not in self.unknowns:
+            raise ValueError(f"name: expected one of {', '.join(self.unknowns)}, got {name!r}")
+        s = np.atleast_1d(as_array("s", s))
         (a, b), slack = self.interval, ROUND_OFF * max(1.0, *np.abs(self.interval))
         outside = ~((s >= a - slack) & (s <= b + slack))
         if outside.any():

@@ -134,6 +134,8 @@ class Action:
 
 def check_names(symmetries: Sequence[Any]) -> None:
     """Raise ValueError unless symmetries of any kind have names of their own."""
+    if not isinstance(symmetries, Sequence):
+        raise ValueError(f"symmetries: expected a sequence of them, got {symmetries!r}")
     if strangers := [x for x in symmetries if not hasattr(x, "name")]:
         raise ValueError(f"symmetries: expected Symmetry and ContinuousSymmetry objects, got {strangers[0]!r}")
     names = [x.name for x in symmetries]
