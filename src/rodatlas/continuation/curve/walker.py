@@ -96,6 +96,7 @@ class Walker:
         self.unseen: list[Discrepancy] = []
         self._window = [self._first]  # points since the mesh was looked at
         self._singular: list[SpecialPoint] = []  # branch points passed
+        self._seen: list[tuple[float, list[Discrepancy]]] = []  # places that were seen behind, and where they would be
 
     @property
     def doubts(self) -> list[Doubt]:
@@ -326,7 +327,8 @@ class Walker:
         control, here = self.options.mesh, self.frame
         found = adapted(here, self.options, first=self._window[0] is self._first)
         self.newton_iterations += found.spent
-        self._measured(found.error, found.resolved and self._accounts_for(found.frame.expected))
+        self._look_back(found.frame.expected)
+        self._measured(found.error, found.resolved)
         self.frame = found.frame
         step_error = 0.1 * self.options.step.max_correction * self._step  # with more no step would be accepted
         if self.frame.error > min(step_error, ACCEPTED * control.tolerance):
@@ -342,26 +344,33 @@ class Walker:
         now = self.frame
         self._watch.moved(now.colloc, now.error, monitor(now.colloc, now.x))
 
-    def _accounts_for(self, expected: tuple[float, ...]) -> bool:
-        """Whether every branch point that is seen behind, on the points of the window, is one that was located.
+    def _look_back(self, expected: tuple[float, ...]) -> None:
+        """Doubt the points of the last window where a branch point was seen behind them that was not located.
 
-        Places at a distance are known to first order only, and those close to the end of the window may lie ahead.
+        Places at a distance are known to first order only. One that is no branch point, but the shape of the curve, is
+        seen elsewhere at the next look; those close to the end of the window may lie ahead.
         """
-        if not self._looks_back:
-            return True
+        here = self.last.arclength
+        for place, window in self._seen:
+            if any(abs(here + d - place) < VAGUE * (here - place) for d in expected):
+                self.unseen += window
+        self._seen = []
+        window = [self._between(a, b, (), UNRESOLVED_MODE) for a, b in pairwise(self._window)]
         known = [x for x in self._singular for _ in range(x.multiplicity)]
-        here, back = self.last.arclength, self.last.arclength - self._window[0].arclength
-        for distance in sorted(-d for d in expected if d < 0):
+        back = here - self._window[0].arclength
+        for distance in sorted(-d for d in expected if d < 0) if self._looks_back else ():
             if not EDGE * self.last.step < distance < (1 - VAGUE) * back:
                 continue
             match = min(known, key=lambda x: abs(here - distance - x.arclength), default=None)
-            if match is None or not _is_seen_at(match, distance, here - match.arclength):
-                return False
-            known.remove(match)
-        return True
+            if match is not None and _is_seen_at(match, distance, here - match.arclength):
+                known.remove(match)
+            else:
+                self._seen.append((here - distance, window))
 
     def _measure_end(self) -> None:
         """Look at the last point too, for the mesh has followed since the last adaptation only so far."""
+        for _, window in self._seen:  # no other look can clear these
+            self.unseen += window
         if self._watch.is_behind(self.last.arclength):
             error, resolved = measured_at(self.frame, self.options)
             self.newton_iterations += 2
