@@ -17,9 +17,16 @@ from rodatlas.rods.planar import planar_states
 MESHES = {
     "fixed": MeshControl(intervals=(50, 50)),  # what AUTO does: 50 intervals that move
     "adaptive": MeshControl(tolerance=1e-8),  # what a user of rodatlas gets
+    "coarse": MeshControl(tolerance=1e-6),  # still more accurate than what the fastest settings of AUTO find
 }
 
-LABELS = {"fixed": (), "adaptive": ("adaptive mesh",), "newton": (), "chord": ("chord",)}
+LABELS = {
+    "fixed": (),
+    "adaptive": ("adaptive mesh",),
+    "coarse": ("adaptive mesh to 1e-6",),
+    "newton": (),
+    "chord": ("chord",),
+}
 
 
 def run(mesh="fixed", corrector="newton"):
@@ -28,7 +35,8 @@ def run(mesh="fixed", corrector="newton"):
     Parameters
     ----------
     mesh : str
-        ``'fixed'`` (50 intervals of 4 points, as the peers) or ``'adaptive'`` (error tolerance 1e-8).
+        ``'fixed'`` (50 intervals of 4 points, as the peers), ``'adaptive'`` (error tolerance 1e-8) or ``'coarse'``
+        (1e-6).
     corrector : str
         ``'newton'``, or ``'chord'`` for one factorization a step.
 

@@ -21,13 +21,12 @@ def reached(here: Frame, found: NewtonResult, step: float) -> Frame:
     :math:`M_0^{-1} M v = v + e` for the weakest direction v tells how the smallest singular value and the determinant
     have changed. Where e is not small the matrix is factored.
     """
-    colloc, fac, lin = here.colloc, found.factorization, found.linearization
+    colloc, fac = here.colloc, found.factorization
     assert fac is not None
-    assert lin is not None
     rough = here.reached(found.state, fac, step)
     if not found.chord:
         return rough
-    rows = [colloc.row(here.tangent)]
+    lin, rows = colloc.linearize(found.state), [colloc.row(here.tangent)]
     matrix, t, v = colloc.bordered(lin, rows), rough.tangent, rough.weakest
     if v is not None and rough.weakness > 0.0:
         off = add(fac.solve(matrix.times(v)), (-1.0, v))

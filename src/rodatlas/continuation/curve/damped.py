@@ -86,17 +86,17 @@ def _iterated(
     for _ in range(MAX_ITERATIONS):
         at = _correction(colloc, x, conditions)
         if isinstance(at, NewtonCode):
-            return NewtonResult(at, x, None, None, tuple(sizes), np.inf)
+            return NewtonResult(at, x, None, tuple(sizes), np.inf)
         if at.size < TAKE_OVER:
             last = newton(colloc, x, conditions, options)
             if last.converged:
                 return replace(last, corrections=(*sizes, *last.corrections))
         share = _share(colloc, x, at, conditions, share) if largest is None else min(1.0, largest / at.size)
         if share < SMALLEST:
-            return NewtonResult(NewtonCode.DIVERGED, x, None, None, tuple(sizes), np.inf)
+            return NewtonResult(NewtonCode.DIVERGED, x, None, tuple(sizes), np.inf)
         sizes.append(at.size)
         x = add(x, (share, at.d))
-    return NewtonResult(NewtonCode.SLOW, x, None, None, tuple(sizes), np.inf)
+    return NewtonResult(NewtonCode.SLOW, x, None, tuple(sizes), np.inf)
 
 
 def _correction(colloc: Collocation, x: Columns, conditions: Sequence[Condition]) -> _Correction | NewtonCode:

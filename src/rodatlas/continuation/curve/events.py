@@ -8,10 +8,8 @@ import numpy as np
 
 from rodatlas.continuation.curve.extrema import locate_extrema, may_be_extreme_twice
 from rodatlas.continuation.curve.options import TraceOptions
-from rodatlas.continuation.curve.point import with_tests
 from rodatlas.continuation.curve.segment import (
     FOLD_NOISE,
-    STEEP,
     Located,
     Segment,
     attempts,
@@ -30,7 +28,6 @@ from rodatlas.continuation.singular.refine import refined
 from rodatlas.continuation.singular.smallest import smallest_singular
 
 GRAZING = 0.1  # share of its values at the ends to which an observable comes near the value that is sought
-PASSES, SLOW = 5, 5.0  # of inverse iteration, and how much too large a second singular value may be after one
 
 
 def locate_events(segment: Segment, options: TraceOptions) -> list[Located]:
@@ -99,7 +96,7 @@ def unresolved(
         return True
     if any(_may_leave_and_return(segment, name, pair, near) for name, pair in options.bounds.items()):
         return True
-    if "branch point" in options.locate and not told_apart and may_be_singular_twice(segment):
+    if "branch point" in options.locate and not told_apart and segment.may_be_singular_twice:
         return True
     return any(_outside(e.special, segment, options) for e in events)
 
@@ -128,48 +125,6 @@ def _may_leave_and_return(segment: Segment, name: str, bounds: tuple[float, floa
     return any(
         may_pass_twice(segment, name, bound, share) for bound, d in zip(bounds, off, strict=True) if d > 1e-9 * scale
     )
-
-
-def may_be_singular_twice(segment: Segment) -> bool:
-    """Whether two branch points may hide on a segment at whose ends the determinant has the same sign.
-
-    It is suspicious when both smallest singular values at either end may reach zero on the segment (two modes that
-    become singular in turn), when the smallest one, extrapolated along a line from the point before and the left end,
-    does so, or when the parabola through these two and the right end has a minimum there at less than half of the
-    values at the ends (one mode that does so twice). At the start of a branch, where no point lies before, a value is
-    suspicious that is small for the length of the step.
-    """
-    before, left, right = segment.left.weakness_before, segment.left.weakness, segment.right.weakness
-    if segment.left.branch_test[0] * segment.right.branch_test[0] <= 0 or not np.isfinite([left, right]).all():
-        return False
-    h0, h1 = segment.left.previous_step, segment.step
-    if not np.isfinite(before):
-        return min(left, right) < STEEP * h1
-    if left + right < segment.reach and _both_are_weak(segment):
-        return True
-    slope_before, slope = (left - before) / h0, (right - left) / h1
-    if left + slope_before * h1 <= 0.0:
-        return True
-    bend = (slope - slope_before) / (h0 + h1)
-    start = slope - bend * h1
-    if bend <= 0.0 or not 0.0 < -start / (2 * bend) < h1:
-        return False
-    return bool(left - start**2 / (4 * bend) < 0.5 * min(left, right))
-
-
-def _both_are_weak(segment: Segment) -> bool:
-    """Whether the second-smallest singular value, too, may reach zero on the segment from either end.
-
-    Inverse iteration comes from above, and slowly where modes are alike, so a value of some size is looked at again.
-    """
-    reach = segment.reach
-    for frame in (segment.left, segment.right):
-        value = frame.second_weakness
-        if reach <= value < SLOW * reach:
-            value = with_tests(frame, PASSES).second_weakness
-        if not value < reach:
-            return False
-    return True
 
 
 def _outside(special: SpecialPoint, segment: Segment, options: TraceOptions) -> bool:

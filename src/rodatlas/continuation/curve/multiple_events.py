@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from rodatlas.continuation.curve.events import branch_point_from, may_be_singular_twice
+from rodatlas.continuation.curve.events import branch_point_from
 from rodatlas.continuation.curve.multiple import TOGETHER, MultiplePoint, SingularPlace, search_places
 from rodatlas.continuation.curve.options import TraceOptions
 from rodatlas.continuation.curve.segment import FOLD_NOISE, Located, Segment, changes
@@ -107,7 +107,7 @@ def _is_suspicious(segment: Segment, events: list[Located], last: SpecialPoint |
     if any(_is_at_end(segment, e) or (last and abs(e.special.arclength - last.arclength) < SAME) for e in points):
         return True
     if not points:
-        return may_be_singular_twice(segment)
+        return segment.may_be_singular_twice
     if any(e.gap or e.special.status is Status.BRACKETED or e.found is None for e in points):
         return True
     # a second mode may vanish on the segment too when it is as weak as the first one is at the ends

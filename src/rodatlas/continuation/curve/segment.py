@@ -4,11 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 
 from rodatlas.continuation.curve.options import TraceOptions
-from rodatlas.continuation.curve.point import Frame
+from rodatlas.continuation.curve.point import Frame, with_tests
 from rodatlas.continuation.discrete.collocation import Collocation, add, hermite, scaled
 from rodatlas.continuation.discrete.newton import newton, plane
 from rodatlas.continuation.linear.matrix import Columns
@@ -19,6 +20,7 @@ PLACES = 65  # on a step, at which a cubic is looked at
 FOLD_NOISE = 1e-9  # tangent component of the parameter below which it is round-off: the branch is vertical
 STEEP = 4.0  # change of a singular value per arclength that is hardly ever exceeded, where none is known yet
 LEEWAY = 2.0  # by which a mode may be steeper than those that were seen
+PASSES, SLOW = 5, 5.0  # of inverse iteration, and how much too large a second singular value may be after one
 EDGE = 0.02  # share of a segment at its ends where an expected branch point may lie on the next one
 
 
@@ -92,6 +94,47 @@ class Segment:
     def expected(self) -> int:
         """How many branch points were seen ahead on the segment, from before it, and not just at an end."""
         return sum(EDGE < d / self.step < 1 - EDGE for d in self.left.expected)
+
+    @cached_property
+    def may_be_singular_twice(self) -> bool:
+        """Whether two branch points may hide on the segment, at whose ends the determinant has the same sign.
+
+        It is suspicious when both smallest singular values at either end may reach zero on the segment (two modes that
+        become singular in turn), when the smallest one, extrapolated along a line from the point before and the left
+        end, does so, or when the parabola through these two and the right end has a minimum there at less than half of
+        the values at the ends (one mode that does so twice). At the start of a branch, where no point lies before, a
+        value is suspicious that is small for the length of the step.
+        """
+        before, left, right = self.left.weakness_before, self.left.weakness, self.right.weakness
+        if self.left.branch_test[0] * self.right.branch_test[0] <= 0 or not np.isfinite([left, right]).all():
+            return False
+        h0, h1 = self.left.previous_step, self.step
+        if not np.isfinite(before):
+            return min(left, right) < STEEP * h1
+        if left + right < self.reach and self._both_are_weak():
+            return True
+        slope_before, slope = (left - before) / h0, (right - left) / h1
+        if left + slope_before * h1 <= 0.0:
+            return True
+        bend = (slope - slope_before) / (h0 + h1)
+        start = slope - bend * h1
+        if bend <= 0.0 or not 0.0 < -start / (2 * bend) < h1:
+            return False
+        return bool(left - start**2 / (4 * bend) < 0.5 * min(left, right))
+
+    def _both_are_weak(self) -> bool:
+        """Whether the second-smallest singular value, too, may reach zero on the segment from either end.
+
+        Inverse iteration comes from above, and slowly where modes are alike, so a value of some size is looked at
+        again.
+        """
+        for frame in (self.left, self.right):
+            value = frame.second_weakness
+            if self.reach <= value < SLOW * self.reach:
+                value = with_tests(frame, PASSES).second_weakness
+            if not value < self.reach:
+                return False
+        return True
 
     def interpolate(self, fraction: float) -> Columns:
         """Cubic Hermite interpolation of the curve."""

@@ -15,7 +15,6 @@ from rodatlas.continuation.curve.doubt import Doubt, ErrorWatch
 from rodatlas.continuation.curve.events import (
     explains,
     locate_events,
-    may_be_singular_twice,
     unresolved,
 )
 from rodatlas.continuation.curve.modes import adapted, measured_at, with_resolved_mode
@@ -244,7 +243,7 @@ class Walker:
     def _nearly_singular(self, segment: Segment, events: list[Located]) -> bool:
         """Whether the shortest step still seems to pass an even number of branch points, and none was located."""
         watched = "branch point" in self.options.locate
-        return watched and may_be_singular_twice(segment) and not any(e.special.kind == "branch point" for e in events)
+        return watched and segment.may_be_singular_twice and not any(e.special.kind == "branch point" for e in events)
 
     def _record(self, point: Point, kinds: tuple[str, ...], reason: str = "") -> Discrepancy:
         return self._between(self.last, point, kinds, reason)

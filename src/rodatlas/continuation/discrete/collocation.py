@@ -6,6 +6,7 @@ units of `scale.parameters[b]`.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any, Protocol
@@ -17,7 +18,7 @@ from rodatlas.continuation.discrete.solution import Interpolation, Solution, sta
 from rodatlas.continuation.linear.gauss import gauss_scheme
 from rodatlas.continuation.linear.matrix import Blocks, BorderedMatrix, Columns, Factorization, factor
 from rodatlas.continuation.problem.bvp import BVP
-from rodatlas.continuation.problem.evaluator import Evaluator
+from rodatlas.continuation.problem.evaluator import evaluator
 
 if TYPE_CHECKING:
     from rodatlas.continuation.discrete.phase import Phase
@@ -97,7 +98,7 @@ class Linearization:
         r = self.residual
         parts = (r.stage, r.chain, r.ends, r.dense, self.jac, self.stage_scal, self.b_left, self.b_right, self.b_scal,
                  self.dense, self.dense_scal)  # fmt: skip
-        return bool(np.isfinite(sum(float(part.sum()) for part in parts)))
+        return math.isfinite(sum(float(np.add.reduce(part, axis=None)) for part in parts if part.size))
 
     def with_scalars(self, keep: Sequence[int]) -> Linearization:
         """The same with the columns of some free parameters only."""
@@ -149,13 +150,16 @@ class Collocation:
         sp = bvp.sparsity
         self._jac_scale = self._su[sp.cols] / self._su[sp.rows]
         self.quadrature = (self.step[:, None] * self.scheme.weights)[:, :, None]
+        self._weight = self.step[:, None, None] / self._su
+        self._scal_weight = -np.repeat(self._weight, points, axis=0).transpose(0, 2, 1) * self._sp
         self._norm = bvp.layout.weights[self.part][:, None, None] * self.quadrature
-        self._field = Evaluator(bvp.traced.field, self.count)
-        self._ends = Evaluator(bvp.traced.ends, 1)
+        self._field = evaluator(bvp.traced.field, self.count)
+        self._ends = evaluator(bvp.traced.ends, 1)
         self._has_densities = bvp.traced.densities.numel_out(0) > 0
         if self._has_densities:
-            self._densities = Evaluator(bvp.traced.densities, self.count)
+            self._densities = evaluator(bvp.traced.densities, self.count)
         self._kept: dict[str, Any] = {}
+        self._carrier: tuple[Collocation, Callable[[Columns], Columns]] | None = None  # the last one
 
     @classmethod
     def at(
@@ -233,6 +237,8 @@ class Collocation:
 
     def carrier(self, other: Collocation) -> Callable[[Columns], Columns]:
         """Function that interpolates states or tangents of this mesh on the mesh of another one (scales equal)."""
+        if self._carrier is not None and self._carrier[0] is other:
+            return self._carrier[1]
         at = Interpolation(self.mesh, self.scheme.points, np.concatenate([other.gauss.ravel(), other.mesh]))
         shape, count = (*other.gauss.shape, len(self._su)), other.gauss.size
 
@@ -240,6 +246,7 @@ class Collocation:
             values = at(x.mesh, x.stage)
             return Columns(values[:count].reshape(shape), values[count:], x.scalars.copy())
 
+        self._carrier = other, carry
         return carry
 
     def interpolate(self, x: Columns, other: Collocation) -> Columns:
@@ -253,6 +260,11 @@ class Collocation:
     def row(self, v: Columns) -> Row:
         """The functional <v, .> of the mesh-independent inner product."""
         return Row(v.scalars.copy(), self._norm * v.stage)
+
+    def weights(self, scalars: int) -> np.ndarray:
+        """Weights of the inner product on stages, mesh values and so many scalars, one after the other."""
+        stage = np.broadcast_to(self._norm, (*self.gauss.shape, len(self._su))).ravel()
+        return np.concatenate([stage, np.zeros(self.mesh.size * len(self._su)), np.ones(scalars)])
 
     def inner(self, v: Columns, w: Columns) -> float:
         r"""Inner product :math:`\int v \cdot w\,ds / L + \sum v_p w_p` in scaled variables, L the interval's length."""
@@ -284,34 +296,45 @@ class Collocation:
         assert self.phase is not None
         return self.phase.added(self, x, self.bare_linearization(x))
 
+    def residual(self, x: Columns) -> Blocks:
+        """The residual alone: without derivatives it costs a fraction of :meth:`linearize`."""
+        if self.bvp.phases:
+            return self.linearize(x).residual
+        values = self.kept("values", lambda: evaluator(self.bvp.traced.values, self.count))
+        p = self.parameters(x)
+        (f,), b = values(self.gauss, x.stage * self._su, p), self._ends(x.mesh[[0, -1]] * self._su, p)[0]
+        return self._residual(x, f, b, self._integrand(x)[0] if self.bvp.n_integral else None)
+
+    def _residual(self, x: Columns, f: np.ndarray, b: np.ndarray, densities: np.ndarray | None) -> Blocks:
+        """Residual of the equations from right-hand side (N*m, n), end conditions and densities (N*m, .) at a state."""
+        stage = np.matmul(self.scheme.d, x.stage) + self.scheme.d0[:, None] * x.mesh[:-1, None, :]
+        stage -= self._weight * f.reshape(x.stage.shape)
+        chain = x.mesh[1:] - self.scheme.c_left * x.mesh[:-1] - np.matmul(self.scheme.c_stage, x.stage)
+        dense = np.zeros(0) if densities is None else self.quadrature.reshape(-1) @ densities[:, : self.bvp.n_integral]
+        return Blocks(stage, chain, b[0, : self.bvp.n_boundary].copy(), dense)
+
     def bare_linearization(self, x: Columns) -> Linearization:
         """The same without phase conditions, for which rows and columns of zeros stand."""
         n_int, m, n = x.stage.shape
         k = len(self.free)
         p = self.parameters(x)
         f, jac, f_p = self._field(self.gauss, x.stage * self._su, p)
-        stage = np.matmul(self.scheme.d, x.stage) + self.scheme.d0[:, None] * x.mesh[:-1, None, :]
-        stage -= self.step[:, None, None] * (f.reshape(n_int, m, n) / self._su)
-        chain = x.mesh[1:] - self.scheme.c_left * x.mesh[:-1]
-        chain -= np.einsum("i,jia->ja", self.scheme.c_stage, x.stage)
         f_p = f_p.reshape(self.count, -1, n)[:, self.free, :].transpose(0, 2, 1)
-        weight = np.repeat(-self.step, m)[:, None, None]
-        stage_scal = np.ascontiguousarray(f_p * (weight * self._sp) / self._su[:, None])
+        stage_scal = np.multiply(f_p, self._scal_weight, order="C")
         q = self.bvp.n_boundary
         b, b_u, b_p = self._ends(x.mesh[[0, -1]] * self._su, p)
         b_u = b_u.reshape(2, n, -1) * self._su[None, :, None]
-        residual = Blocks(stage, chain, b[0, :q].copy(), np.zeros(self.bvp.n_integral))
         dense = np.zeros((self.bvp.n_integral, n_int, m, n))
         dense_scal = np.zeros((self.bvp.n_integral, k))
+        densities = None
         if self.bvp.n_integral:
             densities, g_u, g_p = self._integrand(x)
             w = self.quadrature.reshape(-1)
             for i in range(self.bvp.n_integral):
-                residual.dense[i] = w @ densities[:, i]
                 dense[i] = (w[:, None] * g_u[:, :, i] * self._su).reshape(n_int, m, n)
                 dense_scal[i] = (w @ g_p[:, :, i])[self.free] * self._sp
         return Linearization(
-            residual, jac * self._jac_scale, stage_scal,
+            self._residual(x, f, b, densities), jac * self._jac_scale, stage_scal,
             np.ascontiguousarray(b_u[0, :, :q].T), np.ascontiguousarray(b_u[1, :, :q].T),
             b_p.reshape(-1, b.shape[1])[self.free, :q].T * self._sp, dense, dense_scal,
         )  # fmt: skip
@@ -360,11 +383,10 @@ class Collocation:
         padded = {id(r): np.concatenate([r.scalars[:k], pad]) for r in rows}
         return BorderedMatrix(
             self.scheme, self.bvp.sparsity, self.step, lin.jac, np.ascontiguousarray(stage_scal),
-            np.vstack([lin.b_left, *[e[0] for e in ends]]),
-            np.vstack([lin.b_right, *[e[1] for e in ends]]),
-            np.vstack([b_scal, *[padded[id(r)] for r in end_rows]]),
-            np.concatenate([lin.dense, *[r.stage[None] for r in dense_rows if r.stage is not None]]),
-            np.vstack([dense_scal, *[padded[id(r)] for r in dense_rows]]),
+            _below(lin.b_left, [e[0] for e in ends]), _below(lin.b_right, [e[1] for e in ends]),
+            _below(b_scal, [padded[id(r)] for r in end_rows]),
+            _below(lin.dense, [r.stage for r in dense_rows if r.stage is not None]),
+            _below(dense_scal, [padded[id(r)] for r in dense_rows]),
         )  # fmt: skip
 
     def right_hand_side(self, residual: Blocks | None, rows: Sequence[Row], values: Sequence[float]) -> Blocks:
@@ -387,6 +409,15 @@ class Collocation:
     def second(self, x: Columns, v: Columns, w: Blocks) -> Columns:
         """Gradient with respect to the state of w^T F'(x) v: what minimally augmented systems need."""
         return gradient_of_product(self, x, v, w)
+
+
+def _below(block: np.ndarray, rows: Sequence[np.ndarray]) -> np.ndarray:
+    """A block, contiguous, with rows below it."""
+    if not rows:
+        return np.ascontiguousarray(block)
+    if len(rows) == 1 and not len(block):
+        return np.ascontiguousarray(rows[0])[None]
+    return np.concatenate([block, np.array(rows)])
 
 
 def add(x: Columns, *terms: tuple[float, Columns], keep: int | None = None) -> Columns:

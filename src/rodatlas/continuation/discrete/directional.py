@@ -15,7 +15,7 @@ import numpy as np
 from rodatlas.continuation.discrete.collocation import Collocation, add
 from rodatlas.continuation.linear.matrix import Blocks, Columns
 from rodatlas.continuation.problem.bvp import BVP
-from rodatlas.continuation.problem.evaluator import Evaluator
+from rodatlas.continuation.problem.evaluator import Evaluator, evaluator
 from rodatlas.continuation.problem.traced import Choice
 
 
@@ -54,7 +54,7 @@ def _along(ca: Any, functions: Sequence[Any], choice: Choice | None) -> Any:
 
 def _evaluators(colloc: Collocation) -> tuple[Evaluator, Evaluator, Evaluator]:
     field, ends, densities = _functions(colloc.bvp)
-    return Evaluator(field, colloc.count), Evaluator(ends, 1), Evaluator(densities, colloc.count)
+    return evaluator(field, colloc.count), evaluator(ends, 1), evaluator(densities, colloc.count)
 
 
 def derivatives_along(colloc: Collocation, x: Columns, v: Columns) -> tuple[Blocks, Blocks]:

@@ -13,7 +13,7 @@ import numpy as np
 from rodatlas.continuation.discrete.collocation import Collocation
 from rodatlas.continuation.linear.gauss import lagrange_basis
 from rodatlas.continuation.linear.matrix import Columns
-from rodatlas.continuation.problem.evaluator import Evaluator
+from rodatlas.continuation.problem.evaluator import evaluator
 
 STANDS_OUT = 100.0  # times the residuals of both neighbors
 INSIDE = 1e-5  # of an interval, from its ends: a jump on a mesh point is none, and 1/s at s = 0 is to be defined
@@ -31,16 +31,10 @@ def jump_error(residual: np.ndarray, step: np.ndarray) -> float:
     return float(JUMP_SHARE * (residual * step)[alone].max(initial=0.0))
 
 
-def at_ends(colloc: Collocation, x: Columns) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Right-hand side (N, 2, n), and its derivatives (N, 2, nnz) and (N, 2, np, n), just inside the ends."""
-    count = len(colloc.step)
-    field = colloc.kept("ends of intervals", lambda: Evaluator(colloc.bvp.traced.field, 2 * count))
+def _at_ends(colloc: Collocation, x: Columns) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Places, unknowns and parameters just inside the ends."""
     s = colloc.mesh[:-1, None] + colloc.step[:, None] * np.array([INSIDE, 1 - INSIDE])
-    u = values_at_ends(colloc, x) * colloc.scale.unknowns
-    with np.errstate(all="ignore"):
-        f, jac, f_p = field(s, u, colloc.parameters(x))
-    n = x.mesh.shape[1]
-    return f.reshape(count, 2, n).copy(), jac.reshape(count, 2, -1).copy(), f_p.reshape(count, 2, -1, n).copy()
+    return s, values_at_ends(colloc, x) * colloc.scale.unknowns, colloc.parameters(x)
 
 
 def values_at_ends(colloc: Collocation, v: Columns) -> np.ndarray:
@@ -61,13 +55,19 @@ def residual_of(colloc: Collocation, x: Columns) -> np.ndarray:
     """Largest residual (N,) of a state just inside the ends of each interval, relative to the size of the unknowns."""
     su = colloc.scale.unknowns
     size = np.maximum(1.0, np.abs(x.mesh).max(axis=0) * su) / su
-    return _on_pieces(colloc, (slopes_at_ends(colloc, x) - at_ends(colloc, x)[0] / su) / size)
+    values = colloc.kept("values at ends", lambda: evaluator(colloc.bvp.traced.values, 2 * len(colloc.step)))
+    with np.errstate(all="ignore"):
+        (f,) = values(*_at_ends(colloc, x))
+    return _on_pieces(colloc, (slopes_at_ends(colloc, x) - f.reshape(len(colloc.step), 2, -1) / su) / size)
 
 
 def residual_along(colloc: Collocation, x: Columns, v: Columns) -> np.ndarray:
     """The same of a vector v in the linearised equations at x, relative to its norm."""
     su, sparsity = colloc.scale.unknowns, colloc.bvp.sparsity
-    _, jac, f_p = at_ends(colloc, x)
+    field = colloc.kept("ends of intervals", lambda: evaluator(colloc.bvp.traced.field, 2 * len(colloc.step)))
+    with np.errstate(all="ignore"):
+        _, jac, f_p = (part.reshape(len(colloc.step), 2, -1) for part in field(*_at_ends(colloc, x)))
+    f_p = f_p.reshape(len(colloc.step), 2, -1, len(su))
     ends = values_at_ends(colloc, v)
     vp = v.scalars[: len(colloc.free)] * colloc.scale.parameters[colloc.free]
     slope = np.einsum("jepa,p->jea", f_p[:, :, colloc.free], vp) / su

@@ -69,16 +69,26 @@ def monitor(colloc: Collocation, x: Columns) -> np.ndarray:
     m, step, layout = colloc.scheme.points, colloc.step, colloc.bvp.layout
     top = colloc.scheme.top
     derivative = (top[0] * x.mesh[:-1] + np.einsum("i,jia->ja", top[1:], x.stage)) / step[:, None] ** m
-    inner = layout.is_inner[colloc.part]
-    density = np.zeros(len(step))
-    for part in np.flatnonzero(~layout.is_inner):  # each piece by itself: derivatives may jump between them
-        mine = colloc.part == part
-        if mine.sum() > 1:
-            middle = (step[mine][1:] + step[mine][:-1]) / 2
-            jump = np.linalg.norm(np.diff(derivative[mine], axis=0), axis=1) / middle
-            density[mine] = np.concatenate([[jump[0]], (jump[1:] + jump[:-1]) / 2, [jump[-1]]]) ** (1.0 / (m + 1))
+    if len(layout.weights) == 1:
+        density = _density(derivative, step, m)
+    else:
+        density = np.zeros(len(step))
+        for part in np.flatnonzero(~layout.is_inner):  # each piece by itself: derivatives may jump between them
+            mine = colloc.part == part
+            density[mine] = _density(derivative[mine], step[mine], m)
     mean = float(density @ step)
-    return np.where(inner, 0.0, density + 0.1 * mean if mean > 0 else np.ones_like(density))
+    density = density + 0.1 * mean if mean > 0 else np.ones_like(density)
+    density[layout.is_inner[colloc.part]] = 0.0
+    return density
+
+
+def _density(derivative: np.ndarray, step: np.ndarray, m: int) -> np.ndarray:
+    """The density (N,) on one piece from the m-th derivatives (N, n) there."""
+    if len(step) < 2:
+        return np.zeros(len(step))
+    change = derivative[1:] - derivative[:-1]
+    jump = np.sqrt(np.einsum("ja,ja->j", change, change)) / ((step[1:] + step[:-1]) / 2)
+    return np.concatenate([jump[:1], (jump[1:] + jump[:-1]) / 2, jump[-1:]]) ** (1.0 / (m + 1))
 
 
 def equidistribute(mesh: np.ndarray, density: np.ndarray, intervals: int) -> np.ndarray:
@@ -156,7 +166,7 @@ def halves_of(colloc: Collocation, x: Columns, tangent: Columns | None = None) -
     if factorization.sign == 0.0:
         return Halves(fine, factorization, ErrorEstimate(float("nan"), float("nan")))
     dx = factorization.solve(fine.right_hand_side(lin.residual, [row], [0.0]))
-    again = factorization.solve(fine.right_hand_side(fine.linearize(add(y, (1.0, dx))).residual, [row], [0.0]))
+    again = factorization.solve(fine.right_hand_side(fine.residual(add(y, (1.0, dx))), [row], [0.0]))
     error, noise = (relative_change(colloc, x, Columns(d.stage, d.mesh[::2], d.scalars)) for d in (dx, again))
     jump = jump_error(residual_of(colloc, x), colloc.step)
     error = max(error, jump, fine.unfolding(add(y, (1.0, dx))))

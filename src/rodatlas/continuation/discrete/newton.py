@@ -9,7 +9,7 @@ from enum import Enum
 import numpy as np
 
 from rodatlas.continuation.checks import check_fields
-from rodatlas.continuation.discrete.collocation import Collocation, Linearization, Row, add
+from rodatlas.continuation.discrete.collocation import Collocation, Row, add
 from rodatlas.continuation.discrete.random_fields import displacement
 from rodatlas.continuation.linear.matrix import Blocks, Columns, Factorization
 
@@ -69,8 +69,8 @@ class NewtonResult:
 
     Attributes
     ----------
-    state : Columns, the last iterate; linearization : at the iterate before it; factorization : of that derivative,
-        or, when `chord`, of the one at an earlier iterate.
+    state : Columns, the last iterate; factorization : of the derivative at the iterate before it, or, when `chord`, at
+        an earlier one.
     corrections : sizes of the corrections made, in the scaled L2 norm.
     estimate : size of the next correction, estimated from the last two.
     """
@@ -78,7 +78,6 @@ class NewtonResult:
     code: NewtonCode
     state: Columns
     factorization: Factorization | None
-    linearization: Linearization | None
     corrections: tuple[float, ...]
     estimate: float
     chord: bool = False
@@ -101,28 +100,31 @@ def newton(
     """
     options = options or NewtonOptions()
     sizes: list[float] = []
-    factorization, lin, old = None, None, False
+    factorization, old = None, False
     estimate = np.inf
 
     def result(code: NewtonCode) -> NewtonResult:
-        return NewtonResult(code, x, factorization, lin, tuple(sizes), float(estimate), old)
+        return NewtonResult(code, x, factorization, tuple(sizes), float(estimate), old)
 
     if colloc.within is not None:
         x = colloc.within.state(x)
     for _ in range(options.max_iterations):
-        with np.errstate(all="ignore"):
-            lin = colloc.linearize(x)
-            finite = lin.is_finite
         values, rows = zip(*[c(x) for c in conditions], strict=True) if conditions else ((), ())
-        if not (finite and np.isfinite(values).all()):
-            return result(NewtonCode.NOT_FINITE)
-        right = colloc.right_hand_side(lin.residual, rows, [-v for v in values])
-        dx, size = _correction(colloc, factorization, right) if chord and factorization is not None else (None, np.inf)
-        old = dx is not None and size <= CONTRACTION * sizes[-1]
-        if dx is None or not old:
+        if chord and factorization is not None:
+            with np.errstate(all="ignore"):
+                right = colloc.right_hand_side(colloc.residual(x), rows, [-v for v in values])
+            dx, size = _correction(colloc, factorization, right)
+            old = size <= CONTRACTION * sizes[-1]
+        if not old:
+            with np.errstate(all="ignore"):
+                lin = colloc.linearize(x)
+                finite = lin.is_finite
+            if not (finite and np.isfinite(values).all()):
+                return result(NewtonCode.NOT_FINITE)
             factorization = colloc.factor(lin, rows)
             if factorization.sign == 0.0:
                 return result(NewtonCode.SINGULAR)
+            right = colloc.right_hand_side(lin.residual, rows, [-v for v in values])
             dx, size = _correction(colloc, factorization, right)
         if not np.isfinite(size):
             return result(NewtonCode.SINGULAR)

@@ -25,7 +25,7 @@ from rodatlas.continuation.discrete.random_fields import displacement, smooth_lo
 from rodatlas.continuation.discrete.solution import Interpolation
 from rodatlas.continuation.linear.gauss import lagrange_basis
 from rodatlas.continuation.linear.matrix import Blocks, Columns
-from rodatlas.continuation.problem.evaluator import Evaluator
+from rodatlas.continuation.problem.evaluator import evaluator
 
 if TYPE_CHECKING:
     from rodatlas.continuation.discrete.collocation import Collocation, Linearization, Scale
@@ -161,7 +161,7 @@ def velocity(colloc: Collocation, x: Columns, number: int, following: bool = Fal
     p = colloc.parameters(x)[:own]
     at_gauss, at_mesh = colloc.kept(
         f"velocity {number}",
-        lambda: tuple(Evaluator(generator.velocity, count) for count in (colloc.count, len(colloc.mesh))),
+        lambda: tuple(evaluator(generator.velocity, count) for count in (colloc.count, len(colloc.mesh))),
     )
     stage = at_gauss(colloc.gauss, x.stage * su, p)[0].reshape(x.stage.shape) / su
     mesh = at_mesh(colloc.mesh, x.mesh * su, p)[0].reshape(x.mesh.shape) / su

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from rodatlas.continuation.linear.matrix import Blocks, Columns
-from rodatlas.continuation.problem.evaluator import Evaluator
+from rodatlas.continuation.problem.evaluator import evaluator
 
 if TYPE_CHECKING:
     from rodatlas.continuation.discrete.collocation import Collocation
@@ -20,9 +20,9 @@ def gradient_of_product(colloc: Collocation, x: Columns, v: Columns, w: Blocks) 
     field, ends, densities = colloc.kept(
         "second",
         lambda: (
-            Evaluator(t.field_second, colloc.count),
-            Evaluator(t.ends_second, 1),
-            Evaluator(t.densities_second, colloc.count),
+            evaluator(t.field_second, colloc.count),
+            evaluator(t.ends_second, 1),
+            evaluator(t.densities_second, colloc.count),
         ),
     )
     n_int, m, n = x.stage.shape

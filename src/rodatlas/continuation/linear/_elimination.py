@@ -191,51 +191,63 @@ def factor_mesh(transfer, b_left, b_right, b_scal, rows_u, rows_s, merged, merge
 
 
 @njit(**_OPTIONS)
-def solve_mesh(rhs_chain, rhs_ends, rhs_dense, merged, merge_piv, final, final_piv, u, scalars):
-    """Solve the mesh-level system for u (N+1, n) and scalars (k,); the right-hand sides are overwritten."""
-    n_int = rhs_chain.shape[0]
-    n = rhs_chain.shape[1]
-    q = rhs_ends.shape[0]
-    r = rhs_dense.shape[0]
-    k = scalars.shape[0]
-    size = 2 * n + k
-    low = np.empty((n_int, n))
-    x = np.empty(2 * n + r)
+def _downward(low, w, r, pivots, x, dense):
+    """One merged pair of intervals: from x (2n) the row `low` (n) of the eliminated point; the rest is x[n:]."""
+    n = low.shape[0]
+    for p in range(n):
+        at = pivots[p]
+        t = x[at]
+        x[at] = x[p]
+        x[p] = t
+    # the stored multipliers are in final row order, so the permutation goes first, as in LAPACK
+    for i in range(1, 2 * n):
+        t = x[i]
+        for p in range(min(i, n)):
+            t -= w[i, p] * x[p]
+        x[i] = t
+    for e in range(r):
+        t = dense[e]
+        for p in range(n):
+            t -= w[2 * n + e, p] * x[p]
+        dense[e] = t
     for a in range(n):
-        x[n + a] = rhs_chain[0, a]
-    for j in range(1, n_int):
-        w = merged[j - 1]
+        low[a] = x[a]
+
+
+@njit(**_OPTIONS)
+def solve_mesh(stage, chain, ends, dense, c_stage, weights, sens, merged, merge_piv, final, final_piv, u, scalars):
+    """Solve the mesh-level system for u (N+1, n) and scalars (k,), and put both into the stages.
+
+    stage (N, m*n) enters as A^-1 r and leaves as the solution; weights (r, N, m*n) of the dense rows.
+    """
+    n_int, n, k, q, r = chain.shape[0], chain.shape[1], scalars.shape[0], ends.shape[0], dense.shape[0]
+    m = c_stage.shape[0]
+    rest = dense.copy()
+    for e in range(r):
+        for j in range(n_int):
+            t = 0.0
+            for i in range(m * n):
+                t += weights[e, j, i] * stage[j, i]
+            rest[e] -= t
+    low = np.empty((n_int, n))
+    x = np.empty(2 * n)
+    for j in range(n_int):
         for a in range(n):
             x[a] = x[n + a]
-        for a in range(n):
-            x[n + a] = rhs_chain[j, a]
-        for p in range(n):
-            at = merge_piv[j - 1, p]
-            t = x[at]
-            x[at] = x[p]
-            x[p] = t
-        # the stored multipliers are in final row order, so the permutation goes first, as in LAPACK
-        for p in range(n):
-            t = x[p]
-            for i in range(p + 1, 2 * n):
-                x[i] -= w[i, p] * t
-            for e in range(r):
-                rhs_dense[e] -= w[2 * n + e, p] * t
-        for a in range(n):
-            low[j - 1, a] = x[a]
-    y = np.empty(size)
-    for a in range(n):
-        y[a] = x[n + a]
-    for e in range(q):
-        y[n + e] = rhs_ends[e]
-    for e in range(r):
-        y[n + q + e] = rhs_dense[e]
-    _lu_solve(final, final_piv, size, y)
-    for a in range(n):
-        u[0, a] = y[a]
-        u[n_int, a] = y[n + a]
-    for t in range(k):
-        scalars[t] = y[2 * n + t]
+            x[n + a] = chain[j, a]
+        for i in range(m):
+            for a in range(n):
+                x[n + a] += c_stage[i] * stage[j, i * n + a]
+        if j > 0:
+            _downward(low[j - 1], merged[j - 1], r, merge_piv[j - 1], x, rest)
+    y = np.empty(2 * n + k)
+    y[:n] = x[n:]
+    y[n : n + q] = ends
+    y[n + q :] = rest
+    _lu_solve(final, final_piv, 2 * n + k, y)
+    u[0] = y[:n]
+    u[n_int] = y[n : 2 * n]
+    scalars[:] = y[2 * n :]
     for j in range(n_int - 1, 0, -1):
         w = merged[j - 1]
         for a in range(n - 1, -1, -1):
@@ -243,72 +255,99 @@ def solve_mesh(rhs_chain, rhs_ends, rhs_dense, merged, merge_piv, final, final_p
             for b in range(a + 1, n):
                 t -= w[a, b] * u[j, b]
             for b in range(n):
-                t -= w[a, n + b] * u[0, b]
-                t -= w[a, 2 * n + b] * u[j + 1, b]
+                t -= w[a, n + b] * u[0, b] + w[a, 2 * n + b] * u[j + 1, b]
             for b in range(k):
                 t -= w[a, 3 * n + b] * scalars[b]
             u[j, a] = t / w[a, a]
+    for j in range(n_int):
+        for i in range(m * n):
+            t = stage[j, i]
+            for b in range(n):
+                t += sens[j, i, b] * u[j, b]
+            for b in range(k):
+                t += sens[j, i, n + b] * scalars[b]
+            stage[j, i] = t
 
 
 @njit(**_OPTIONS)
-def solve_mesh_transposed(c_u, c_scal, merged, merge_piv, final, final_piv, chain, ends, dense):
-    """Solve the transposed mesh-level system for the multipliers chain (N, n), ends (q,), dense (r,)."""
-    n_int = chain.shape[0]
-    n = chain.shape[1]
-    q = ends.shape[0]
-    r = dense.shape[0]
-    k = c_scal.shape[0]
-    size = 2 * n + k
-    low = np.zeros((n_int, n))
-    c = c_u.copy()
-    s = c_scal.copy()
-    for j in range(1, n_int):
-        w = merged[j - 1]
-        for a in range(n):
-            t = c[j, a]
-            for b in range(a):
-                t -= w[b, a] * low[j - 1, b]
-            low[j - 1, a] = t / w[a, a]
-        for a in range(n):
-            t = low[j - 1, a]
-            for b in range(n):
-                c[0, b] -= w[a, n + b] * t
-                c[j + 1, b] -= w[a, 2 * n + b] * t
-            for b in range(k):
-                s[b] -= w[a, 3 * n + b] * t
-    y = np.empty(size)
-    for a in range(n):
-        y[a] = c[0, a]
-        y[n + a] = c[n_int, a]
-    for t in range(k):
-        y[2 * n + t] = s[t]
-    _lu_solve_transposed(final, final_piv, size, y)
-    x = np.empty(2 * n + r)
-    for a in range(n):
-        x[n + a] = y[a]
-    for e in range(q):
-        ends[e] = y[n + e]
+def _upward(low, w, r, pivots, x, dense):
+    """The transpose of `_downward`: x (2n) enters as [., multipliers of the rest] and leaves as those of both rows."""
+    n = low.shape[0]
+    for p in range(n):
+        x[p] = low[p]
     for e in range(r):
-        dense[e] = y[n + q + e]
-    for j in range(n_int - 1, 0, -1):
-        w = merged[j - 1]
-        for a in range(n):
-            x[a] = low[j - 1, a]
-        for p in range(n - 1, -1, -1):
-            t = x[p]
-            for i in range(p + 1, 2 * n):
-                t -= w[i, p] * x[i]
-            for e in range(r):
-                t -= w[2 * n + e, p] * dense[e]
-            x[p] = t
-        for p in range(n - 1, -1, -1):
-            at = merge_piv[j - 1, p]
-            t = x[at]
-            x[at] = x[p]
-            x[p] = t
-        for a in range(n):
-            chain[j, a] = x[n + a]
-        for a in range(n):
-            x[n + a] = x[a]
-    for a in range(n):
-        chain[0, a] = x[n + a]
+        for p in range(n):
+            x[p] -= w[2 * n + e, p] * dense[e]
+    for i in range(2 * n - 1, 0, -1):
+        t = x[i]
+        for p in range(min(i, n)):
+            x[p] -= w[i, p] * t
+    for p in range(n - 1, -1, -1):
+        at = pivots[p]
+        t = x[at]
+        x[at] = x[p]
+        x[p] = t
+
+
+@njit(**_OPTIONS)
+def _loaded(stage, mesh, scal, sens):
+    """Loads on mesh values (N+1, n) and scalars (k,), with those that the stages (N, m*n) hand on to them."""
+    n, k = mesh.shape[1], scal.shape[0]
+    c, s = mesh.copy(), scal.copy()
+    for j in range(stage.shape[0]):
+        for i in range(stage.shape[1]):
+            f = stage[j, i]
+            if f != 0.0:
+                for b in range(n):
+                    c[j, b] += f * sens[j, i, b]
+                for b in range(k):
+                    s[b] += f * sens[j, i, n + b]
+    return c, s
+
+
+@njit(**_OPTIONS)
+def solve_mesh_transposed(
+    stage, mesh, scal, c_stage, weights, sens, merged, merge_piv, final, final_piv, chain, ends, dense
+):
+    """Solve the transposed mesh-level system for the multipliers chain (N, n), ends (q,), dense (r,).
+
+    stage (N, m*n) enters as the load on the stages and leaves as what is left for them, of which A^-T is to be taken.
+    """
+    n_int, n, k, q, r = chain.shape[0], chain.shape[1], scal.shape[0], ends.shape[0], dense.shape[0]
+    m = c_stage.shape[0]
+    c, s = _loaded(stage, mesh, scal, sens)
+    low = np.empty((n_int, n))
+    for j in range(1, n_int):
+        w, x = merged[j - 1], low[j - 1]
+        x[:] = c[j]
+        for b in range(n):
+            x[b] /= w[b, b]
+            t = x[b]
+            for a in range(b + 1, n):
+                x[a] -= w[b, a] * t
+            for a in range(n):
+                c[0, a] -= w[b, n + a] * t
+                c[j + 1, a] -= w[b, 2 * n + a] * t
+            for a in range(k):
+                s[a] -= w[b, 3 * n + a] * t
+    y = np.empty(2 * n + k)
+    y[:n] = c[0]
+    y[n : 2 * n] = c[n_int]
+    y[2 * n :] = s
+    _lu_solve_transposed(final, final_piv, 2 * n + k, y)
+    ends[:] = y[n : n + q]
+    dense[:] = y[n + q :]
+    x = np.empty(2 * n)
+    x[:n] = y[:n]
+    for j in range(n_int - 1, -1, -1):
+        x[n:] = x[:n]
+        if j > 0:
+            _upward(low[j - 1], merged[j - 1], r, merge_piv[j - 1], x, dense)
+        chain[j] = x[n:]
+        for i in range(m):
+            for a in range(n):
+                stage[j, i * n + a] += c_stage[i] * x[n + a]
+    for e in range(r):
+        for j in range(n_int):
+            for i in range(m * n):
+                stage[j, i] -= weights[e, j, i] * dense[e]

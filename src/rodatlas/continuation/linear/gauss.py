@@ -41,12 +41,11 @@ class GaussScheme:
 
 def lagrange_basis(nodes: np.ndarray, x: np.ndarray) -> np.ndarray:
     """Values (len(x), len(nodes)) of the Lagrange polynomials."""
-    out = np.ones((len(x), len(nodes)))
-    for i, node in enumerate(nodes):
-        for k, other in enumerate(nodes):
-            if k != i:
-                out[:, i] *= (x - other) / (node - other)
-    return out
+    apart = nodes[:, None] - nodes
+    np.fill_diagonal(apart, 1.0)
+    factors = np.repeat((x[:, None] - nodes)[:, None, :], len(nodes), axis=1)
+    factors[:, range(len(nodes)), range(len(nodes))] = 1.0
+    return np.asarray(np.prod(factors / apart, axis=2))
 
 
 @lru_cache(maxsize=16)

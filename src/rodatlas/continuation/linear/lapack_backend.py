@@ -13,7 +13,10 @@ import numpy as np
 from scipy.linalg.lapack import dgetrf, dgetrs, dtrtrs
 from scipy.sparse import csr_matrix
 
+from rodatlas.continuation.linear.gauss import GaussScheme
 from rodatlas.continuation.linear.matrix import Blocks, BorderedMatrix, Columns
+
+GROWTH = 1e3  # of the largest entry when unknowns are eliminated beforehand, up to which few digits are lost
 
 
 class SingularBlock(Exception):
@@ -92,11 +95,82 @@ class LapackFactorization:
         return Blocks(self._stages.solve_transposed(stage), chain, ends, dense)
 
 
+class _Component:
+    r"""Stage equations of one component, factored on all intervals.
+
+    Of unknowns e that do not depend on one another, as the values in a system of second order, the stages are known
+    from those of the rest k, and only these are factored:
+
+    .. math:: \begin{pmatrix} D & -G \\ -H & B \end{pmatrix}, \qquad
+              (B - H D^{-1} G)\, U_k = r_k + H D^{-1} r_e, \qquad U_e = D^{-1} (r_e + G U_k)
+
+    with G and H block diagonal in the stages. Where that would lose digits nothing is eliminated beforehand.
+
+    Parameters
+    ----------
+    scheme : GaussScheme
+    jac : (N, m, nnz) of all nonzeros, times the intervals' lengths
+    own : (3, .) number, row and column of those inside the component
+    size : unknowns; eliminated : local numbers of those called e above
+    """
+
+    def __init__(self, scheme: GaussScheme, jac: np.ndarray, own: np.ndarray, size: int, eliminated: np.ndarray):
+        self._scheme = scheme
+        full = np.zeros((*jac.shape[:2], size, size))
+        full[:, :, own[1], own[2]] = jac[:, :, own[0]]
+        for some in (eliminated, eliminated[:0]):
+            self._e, self._k = some, np.setdiff1d(np.arange(size), some)
+            rows = full[:, :, self._k]
+            self._h, self._g = rows[..., self._e], full[:, :, self._e][..., self._k]
+            most = self._h.shape[-1] and np.abs(self._h).max() * np.abs(self._g).max() * np.abs(scheme.d_inv).max()
+            if not most > GROWTH * max(np.abs(full).max(), np.abs(scheme.d).max()):
+                break
+        own_rows = rows[..., self._k]
+        self._lu = [_Lu.of(self._block(*parts)) for parts in zip(self._h, self._g, own_rows, strict=True)]
+        sign, log_det, at = 1.0, 0.0, len(self._k)
+        for lu in self._lu:
+            one, size_of_one = lu.determinant
+            sign, log_det = sign * one * scheme.d_sign**at, log_det + size_of_one - at * scheme.d_log
+        self.sign, self.log_det = sign, log_det
+
+    def _block(self, h: np.ndarray, g: np.ndarray, own: np.ndarray) -> np.ndarray:
+        """B - H D^-1 G on one interval, columns first."""
+        scheme, (m, at) = self._scheme, own.shape[:2]
+        block = np.empty((m, at, m, at)) if h.shape[2] else np.zeros((m, at, m, at))
+        for i in range(m) if h.shape[2] else ():
+            for l in range(m):
+                np.matmul(g[l].T, h[i].T, out=block[l, :, i])
+                block[l, :, i] *= -scheme.d_inv[i, l]
+        block[np.arange(m), :, np.arange(m)] -= own.transpose(0, 2, 1)
+        block[:, np.arange(at), :, np.arange(at)] += scheme.d.T
+        return block.reshape(m * at, m * at).T
+
+    def solve(self, b: np.ndarray, transposed: bool = False) -> np.ndarray:
+        """Solution (N, m, size, columns) for a right-hand side of that shape."""
+        d_inv, h, g = self._scheme.d_inv, self._h, self._g
+        if transposed:
+            d_inv, h, g = d_inv.T, g.swapaxes(2, 3), h.swapaxes(2, 3)
+        x = np.empty_like(b)
+        of_e = b[:, :, self._e]
+        found = b[:, :, self._k] + np.matmul(h, _in_stages(d_inv, of_e))
+        for lu, one in zip(self._lu, found, strict=True):
+            one[:] = lu.solve(one.reshape(-1, b.shape[3]), transposed).reshape(one.shape)
+        x[:, :, self._k] = found
+        x[:, :, self._e] = _in_stages(d_inv, of_e + np.matmul(g, found))
+        return x
+
+
+def _in_stages(d: np.ndarray, x: np.ndarray) -> np.ndarray:
+    """A matrix (m, m) applied to stages (N, m, ., .)."""
+    n_int, m, size, columns = x.shape
+    return np.asarray(np.matmul(d, x.reshape(n_int, m, size * columns)).reshape(x.shape))
+
+
 class _Stages:
     """Stage equations, one strongly connected component of the unknowns after the other.
 
-    For component c of interval j: A dU_c = r_c + U dU, where U (m size, m n) couples it to earlier components. Sign and
-    log|det| are relative to the stages of u' = 0.
+    For component c: A dU_c = r_c + U dU, where U (N m size, N m n) couples it to earlier components. Sign and log|det|
+    are relative to the stages of u' = 0.
     """
 
     def __init__(self, a: BorderedMatrix):
@@ -104,33 +178,20 @@ class _Stages:
         n_int, m, _, _ = a.sizes
         sp = a.sparsity
         jac = a.step[:, None, None] * a.jac.reshape(n_int, m, -1)
-        self.sign, self.log_det = 1.0, 0.0
-        self._lu: list[list[_Lu]] = []  # by component (empty where it does not depend on itself) and interval
-        self._feed: list[list[csr_matrix]] = []
-        for c, members in enumerate(sp.components):
-            size = len(members)
+        self._parts: list[_Component | None] = []  # None where it does not depend on itself
+        self._feed: list[csr_matrix | None] = []
+        for c, size in enumerate(sp.counts.tolist()):
             own, up = (part[:, ptr[c] : ptr[c + 1]] for part, ptr in ((sp.own, sp.own_ptr), (sp.up, sp.up_ptr)))
-            self._lu.append([self._factored(jac[j], own, size) for j in range(n_int)] if own.size else [])
-            self._feed.append(self._coupling(jac, up, size) if up.size else [])
+            self._parts.append(_Component(a.scheme, jac, own, size, sp.independent[c]) if own.size else None)
+            self._feed.append(self._coupling(jac, up, size) if up.size else None)
+        self.sign = float(np.prod([part.sign for part in self._parts if part]))
+        self.log_det = sum(part.log_det for part in self._parts if part)
 
-    def _factored(self, jac: np.ndarray, own: np.ndarray, size: int) -> _Lu:
-        scheme, m = self._matrix.scheme, len(jac)
-        block = np.zeros((m, size, m, size))  # columns first, as LAPACK wants them
-        diagonal = np.arange(size)
-        block[:, diagonal, :, diagonal] = scheme.d.T
-        for i in range(m):
-            block[i, own[2], i, own[1]] -= jac[i, own[0]]
-        lu = _Lu.of(block.reshape(m * size, m * size).T)
-        sign, log_det = lu.determinant
-        self.sign *= sign * scheme.d_sign**size
-        self.log_det += log_det - size * scheme.d_log
-        return lu
-
-    def _coupling(self, jac: np.ndarray, up: np.ndarray, size: int) -> list[csr_matrix]:
+    def _coupling(self, jac: np.ndarray, up: np.ndarray, size: int) -> csr_matrix:
         n_int, m, n, _ = self._matrix.sizes
-        stage = np.arange(m)[:, None]
+        stage = np.arange(n_int * m)[:, None]
         rows, columns = (stage * size + up[1]).ravel(), (stage * n + up[2]).ravel()
-        return [csr_matrix((jac[j][:, up[0]].ravel(), (rows, columns)), shape=(m * size, m * n)) for j in range(n_int)]
+        return csr_matrix((jac[:, :, up[0]].ravel(), (rows, columns)), shape=(n_int * m * size, n_int * m * n))
 
     def sensitivities(self) -> np.ndarray:
         """Derivatives (N, m, n, n+k) of the stages with respect to the left mesh value and the scalars."""
@@ -143,29 +204,24 @@ class _Stages:
 
     def solve(self, rhs: np.ndarray) -> np.ndarray:
         """A^-1 rhs (N, m, n, columns)."""
-        n_int, m, n, columns = rhs.shape
-        x = np.zeros_like(rhs)
-        for members, lu, feed in zip(self._matrix.sparsity.components, self._lu, self._feed, strict=True):
-            for j in range(n_int):
-                r = rhs[j][:, members].reshape(-1, columns)
-                if feed:
-                    r = r + feed[j] @ x[j].reshape(m * n, columns)
-                found = lu[j].solve(r) if lu else np.tensordot(self._matrix.scheme.d_inv, r, axes=1)
-                x[j][:, members] = found.reshape(m, len(members), columns)
+        x, d_inv = np.zeros_like(rhs), self._matrix.scheme.d_inv
+        for members, part, feed in zip(self._matrix.sparsity.components, self._parts, self._feed, strict=True):
+            r = rhs[:, :, members]
+            if feed is not None:
+                r += (feed @ x.reshape(-1, x.shape[3])).reshape(r.shape)
+            x[:, :, members] = part.solve(r) if part else _in_stages(d_inv, r)
         return x
 
     def solve_transposed(self, rhs: np.ndarray) -> np.ndarray:
         """A^-T rhs (N, m, n): components in reverse order."""
-        n_int, m, n = rhs.shape
-        rest, w = rhs.copy(), np.empty_like(rhs)
-        parts = zip(self._matrix.sparsity.components, self._lu, self._feed, strict=True)
-        for members, lu, feed in reversed(list(parts)):
-            for j in range(n_int):
-                r = rest[j][:, members].ravel()
-                found = lu[j].solve(r, transposed=True) if lu else self._matrix.scheme.d_inv.T @ r
-                w[j][:, members] = found.reshape(m, -1)
-                if feed:
-                    rest[j] += (feed[j].T @ found).reshape(m, n)
+        rest, w, d_inv = rhs[..., None].copy(), np.empty_like(rhs), self._matrix.scheme.d_inv
+        parts = zip(self._matrix.sparsity.components, self._parts, self._feed, strict=True)
+        for members, part, feed in reversed(list(parts)):
+            r = rest[:, :, members]
+            found = part.solve(r, transposed=True) if part else _in_stages(d_inv.T, r)
+            w[:, :, members] = found[..., 0]
+            if feed is not None:
+                rest += (feed.T @ found.ravel()).reshape(rest.shape)
         return w
 
 

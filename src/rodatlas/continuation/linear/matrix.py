@@ -23,6 +23,8 @@ from __future__ import annotations
 
 import os
 from dataclasses import dataclass
+from functools import cache
+from importlib.util import find_spec
 from typing import Protocol
 
 import numpy as np
@@ -114,9 +116,12 @@ def backend_name() -> str:
         raise ValueError(f"RODATLAS_BACKEND: expected 'numba' or 'scipy', got '{chosen}'")
     if chosen:
         return chosen
-    from importlib.util import find_spec
+    return "numba" if _has_numba() else "scipy"
 
-    return "numba" if find_spec("numba") else "scipy"
+
+@cache
+def _has_numba() -> bool:
+    return find_spec("numba") is not None
 
 
 def factor(matrix: BorderedMatrix, backend: str | None = None) -> Factorization:

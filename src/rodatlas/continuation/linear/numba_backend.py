@@ -56,6 +56,7 @@ def _structure(sp: Sparsity) -> tuple[np.ndarray, ...]:
 
 
 _warm = threading.Event()
+_plain = np.ascontiguousarray  # the kernels are compiled for arrays that are
 
 
 class NumbaFactorization:
@@ -79,8 +80,8 @@ class NumbaFactorization:
         n_int, m, n, k = matrix.sizes
         sp, scheme = matrix.sparsity, matrix.scheme
         r = matrix.dense.shape[0]
-        rows = m * np.diff(sp.member_ptr)
-        widths = np.where(sp.coupled, rows, 0) + np.diff(sp.reach_ptr) + k
+        rows = m * sp.counts
+        widths = np.where(sp.coupled, rows, 0) + sp.reaches + k
         self._lu_ptr, self._piv_ptr = _layout(tuple(rows.tolist()), tuple(widths.tolist()))
         groups, lanes = -(-n_int // stages.LANES), stages.LANES
         self._lu = np.empty((groups, int(self._lu_ptr[-1]), lanes))
@@ -106,7 +107,7 @@ class NumbaFactorization:
             transfer, matrix.b_left, matrix.b_right, matrix.b_scal, rows_u, rows_s,
             self._merged, self._merge_piv, self._final, self._final_piv,
         )  # fmt: skip
-        coupled = int(n_int * np.diff(sp.member_ptr)[sp.coupled].sum())
+        coupled = n_int * int(sp.counts[sp.coupled].sum())
         self.sign = float(sign_stage * sign * (scheme.d_sign**coupled))
         self.log_det = float(log_stage + log_det - coupled * scheme.d_log)
         if not np.isfinite(self.log_det):
@@ -116,41 +117,30 @@ class NumbaFactorization:
         (stages, kern), a = kernels(), self._matrix
         n_int, m, n, k = a.sizes
         stage = rhs.stage.reshape(n_int, m * n).copy()
-        shaped, chain, dense = stage.reshape(n_int, m, n), rhs.chain.copy(), rhs.dense.copy()
         if stage.any():  # kernel vectors have no residual
             stages.solve_stages(
                 stage, a.scheme.d_inv, *_structure(a.sparsity), self._lu_ptr, self._lu, self._piv_ptr, self._piv,
                 self._feed,
             )  # fmt: skip
-            chain += np.einsum("i,jia->ja", a.scheme.c_stage, shaped)
-            dense -= a.dense.reshape(len(rhs.dense), stage.size) @ stage.ravel()
         mesh, scalars = np.empty((n_int + 1, n)), np.empty(k)
-        kern.solve_mesh(
-            chain, rhs.ends.copy(), dense, self._merged, self._merge_piv, self._final, self._final_piv, mesh, scalars
-        )
-        ahead = np.empty((n_int, n + k, 1))
-        ahead[:, :n, 0], ahead[:, n:, 0] = mesh[:-1], scalars
-        stage += np.matmul(self._sens, ahead)[:, :, 0]
-        return Columns(shaped, mesh, scalars)
+        kern.solve_mesh(stage, *map(_plain, (rhs.chain, rhs.ends, rhs.dense)), *self._mesh_level(), mesh, scalars)
+        return Columns(stage.reshape(n_int, m, n), mesh, scalars)
 
     def solve_transposed(self, rhs: Columns) -> Blocks:
         (stages, kern), a = kernels(), self._matrix
         n_int, m, n, _ = a.sizes
-        stage = rhs.stage.reshape(n_int, m * n)
-        c_mesh, c_scal = rhs.mesh.copy(), rhs.scalars.copy()
-        if stage.any():
-            pulled = np.matmul(stage[:, None, :], self._sens)[:, 0]
-            c_mesh[:-1] += pulled[:, :n]
-            c_scal += pulled[:, n:].sum(axis=0)
-        q, r = a.b_left.shape[0], a.dense.shape[0]
-        chain, ends, dense = np.empty((n_int, n)), np.empty(q), np.empty(r)
-        kern.solve_mesh_transposed(
-            c_mesh, c_scal, self._merged, self._merge_piv, self._final, self._final_piv, chain, ends, dense
-        )
-        w = stage.reshape(n_int, m, n) + a.scheme.c_stage[:, None] * chain[:, None, :]
-        w -= np.tensordot(dense, a.dense, axes=1)
-        w = np.ascontiguousarray(w.reshape(n_int, m * n))
+        stage = rhs.stage.reshape(n_int, m * n).copy()
+        chain, ends, dense = np.empty((n_int, n)), np.empty(len(a.b_left)), np.empty(len(a.dense))
+        loads = map(_plain, (rhs.mesh, rhs.scalars))
+        kern.solve_mesh_transposed(stage, *loads, *self._mesh_level(), chain, ends, dense)
         stages.solve_stages_transposed(
-            w, a.scheme.d_inv, *_structure(a.sparsity), self._lu_ptr, self._lu, self._piv_ptr, self._piv, self._feed
+            stage, a.scheme.d_inv, *_structure(a.sparsity), self._lu_ptr, self._lu, self._piv_ptr, self._piv, self._feed
         )
-        return Blocks(w.reshape(n_int, m, n), chain, ends, dense)
+        return Blocks(stage.reshape(n_int, m, n), chain, ends, dense)
+
+    def _mesh_level(self) -> tuple[np.ndarray, ...]:
+        a = self._matrix
+        weights = a.dense.reshape(len(a.dense), a.sizes[0], a.sizes[1] * a.sizes[2])
+        return (
+            a.scheme.c_stage, weights, self._sens, self._merged, self._merge_piv, self._final, self._final_piv,
+        )  # fmt: skip

@@ -55,10 +55,29 @@ class Sparsity:
         ones[np.arange(len(self.rows)), self.rows] = 1.0
         return ones
 
-    @property
+    @cached_property
+    def counts(self) -> np.ndarray:
+        """(nc,) unknowns of each component."""
+        return np.diff(self.member_ptr)
+
+    @cached_property
+    def reaches(self) -> np.ndarray:
+        """(nc,) unknowns at the left mesh point on which each component depends."""
+        return np.diff(self.reach_ptr)
+
+    @cached_property
     def largest(self) -> int:
         """Size of the largest component that depends on itself."""
-        return int(np.diff(self.member_ptr)[self.coupled].max(initial=0))
+        return int(self.counts[self.coupled].max(initial=0))
+
+    @cached_property
+    def independent(self) -> list[np.ndarray]:
+        """Of each component, local numbers of unknowns that depend on none of one another, nor on themselves.
+
+        They are gathered greedily, those with the fewest nonzeros in row and column first.
+        """
+        return [_independent(self.own[1:, a:b], int(size)) for a, b, size in
+                zip(self.own_ptr[:-1], self.own_ptr[1:], self.counts, strict=True)]  # fmt: skip
 
     def __repr__(self) -> str:
         return f"Sparsity({len(self.rows)} nonzeros, components of sizes {[len(c) for c in self.components]})"
@@ -91,6 +110,18 @@ def strong_components(size: int, rows: np.ndarray, cols: np.ndarray) -> Sparsity
     return Sparsity(
         size, rows, cols, member_ptr, members[0], coupled, own_ptr, own_flat, up_ptr, up_flat, reach_ptr, reach_flat[0]
     )
+
+
+def _independent(own: np.ndarray, size: int) -> np.ndarray:
+    """Local numbers of unknowns among which a component (row, column of its nonzeros) has none."""
+    rows, cols = own
+    near = [{*cols[rows == i].tolist(), *rows[cols == i].tolist()} for i in range(size)]
+    busy = np.bincount(rows, minlength=size) + np.bincount(cols, minlength=size)
+    chosen: set[int] = set()
+    for i in np.argsort(busy, kind="stable").tolist():
+        if i not in near[i] and not near[i] & chosen:
+            chosen.add(i)
+    return np.array(sorted(chosen), dtype=np.int64)
 
 
 def _tarjan(depends: list[list[int]]) -> list[list[int]]:

@@ -262,6 +262,8 @@ class BVP:
 
     def places(self, parameters: np.ndarray) -> np.ndarray:
         """Knots of the reference interval and the places that they stand for, (K+1, 2), at parameters (np,)."""
+        if self.traced.fixed_places is not None:
+            return self.traced.fixed_places
         found = np.asarray(self.traced.places(self.coordinates(parameters))).ravel()
         return np.column_stack([self.layout.knots, found[self.layout.places]])
 

@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+import threading
 from functools import lru_cache
 from typing import Any
 
 import numpy as np
+
+_own = threading.local()  # evaluators of each thread: two that share buffers would mix up their numbers
 
 
 class Evaluator:
@@ -30,6 +33,14 @@ class Evaluator:
             array[...] = value.reshape(array.shape) if value.size == array.size else value
         self._call()
         return self.outputs
+
+
+def evaluator(function: Any, count: int) -> Evaluator:
+    """The evaluator of a function at so many points; meshes of equal size share it, and its outputs, in one thread."""
+    if not hasattr(_own, "kept"):
+        _own.kept = lru_cache(maxsize=128)(Evaluator)
+    made: Evaluator = _own.kept(function, count)
+    return made
 
 
 @lru_cache(maxsize=256)

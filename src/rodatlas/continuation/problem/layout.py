@@ -21,6 +21,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -93,7 +94,7 @@ class Layout:
     places: np.ndarray
     weights: np.ndarray
 
-    @property
+    @cached_property
     def is_inner(self) -> np.ndarray:
         """(K,) whether a part belongs to an inner point."""
         return np.diff(self.places) == 0

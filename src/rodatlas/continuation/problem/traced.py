@@ -43,18 +43,20 @@ class Statement:
 class Traced:
     """CasADi functions of one problem on its reference interval; each is evaluated at many points by
 
-    `field`: (x, u, p) -> f (n,), nonzeros of f_u (nnz,), f_p (n, np) column-major.
+    `field`: (x, u, p) -> f (n,), nonzeros of f_u (nnz,), f_p (n, np) column-major; `values` gives f alone.
     `field_second`: (x, u, p, v, vp, w) -> gradients in u and p of w.(f_u v + f_p vp).
     `ends`, `ends_second`: the same for b(u0, u1, p), with u = (u0, u1).
     `densities`, `densities_second`: the same for the integrands, dense.
     `identities`: (u, p) -> what vanishes along every solution, and both derivatives; None where nothing is declared.
-    `places`: p -> places of the ends of pieces, in the user's coordinate.
+    `places`: p -> places of the ends of pieces, in the user's coordinate; `fixed_places` (K+1, 2) are knots and places
+    where these depend on no parameter.
     `parts`: (x, u, p) -> f and integrands of each law and inner point; `choice` composes the functions above of them.
 
     Here p holds logarithms of those parameters that are followed in their logarithm.
     """
 
     field: Any
+    values: Any
     field_second: Any
     ends: Any
     ends_second: Any
@@ -62,6 +64,7 @@ class Traced:
     densities_second: Any
     identities: Any
     places: Any
+    fixed_places: np.ndarray | None
     parts: tuple[tuple[Any, Any], ...]
     choice: Choice
 
@@ -296,12 +299,13 @@ class Trace:
         pattern = sum((ca.DM(ca.jacobian(f, u).sparsity(), 1) for f in fields), ca.DM(u.numel(), u.numel())).sparsity()
         self.sparsity: Sparsity = strong_components(u.numel(), *pattern_of(pattern))
         both = ca.vertcat(self._left, self._right)
-        b, same = self._boundary, self._identities
+        b, same, places = self._boundary, self._identities, ca.vertcat(*self._places)
         self.functions = Traced(
             field=self._switched("field", [x, u, q], [
                 [f, _nonzeros(ca, ca.project(ca.jacobian(f, u), pattern)), ca.densify(ca.jacobian(f, q))]
                 for f in fields
             ]),
+            values=self._switched("values", [x, u, q], [[f] for f in fields]),
             field_second=self._second("field_second", x, fields),
             ends=function_of(ca, "ends", [both, q], [b, *_derivatives(ca, b, both, q)]),
             ends_second=function_of(ca, "ends_second", *second_of(ca, [both, q], b, both, q)),
@@ -310,10 +314,19 @@ class Trace:
             identities=None if same is None else function_of(
                 ca, "identities", [u, q], [same, *_derivatives(ca, same, u, q)]
             ),
-            places=function_of(ca, "places", [q], [ca.vertcat(*self._places)]),
+            places=function_of(ca, "places", [q], [places]),
+            fixed_places=self._fixed(places),
             parts=tuple((function_of(ca, "f", [x, u, q], [f]), function_of(ca, "g", [x, u, q], [g])) for f, g in parts),
             choice=Choice(self.layout.knots[:-1], self._owner),
         )  # fmt: skip
+
+    def _fixed(self, places: Any) -> np.ndarray | None:
+        """Knots and places (K+1, 2), read-only, where no parameter moves them."""
+        if not places.is_constant():
+            return None
+        found = np.column_stack([self.layout.knots, np.array(self._ca.DM(places)).ravel()[self.layout.places]])
+        found.setflags(write=False)
+        return found
 
     def _second(self, name: str, x: Any, parts: Sequence[Any]) -> Any:
         found = [second_of(self._ca, [x, self._u, self._q], part, self._u, self._q) for part in parts]

@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 
-from rodatlas.continuation.discrete.collocation import Collocation, add, scaled
+from rodatlas.continuation.discrete.collocation import Collocation
 from rodatlas.continuation.discrete.random_fields import smooth_vectors
 from rodatlas.continuation.linear.matrix import Blocks, Columns, Factorization
 
+SETTLED = 3e-3  # relative change of the values in one pass, below which no more of them are made
 RANDOM_WAVES = 8  # cosines in which another weak mode is sought
 
 
@@ -48,20 +50,69 @@ def smallest_singulars(
         guess, passes = tuple(orthonormal(colloc, vectors)), 3
     elif colloc.bvp.generators:
         guess = (*guess, *_another(colloc, fac, guess))
-    values = tuple[float, ...]()
+    block, values = Block.of(colloc, guess), tuple[float, ...]()
     for _ in range(passes):
-        rows, images = [colloc.row(x) for x in guess], [_applied(colloc, fac, x) for x in guess]
-        overlaps = np.array([[row.dot(y) for y in images] for row in rows])
-        sizes = np.array([colloc.norm(y) for y in images])
-        if not np.isfinite(overlaps).all() or not np.isfinite(sizes).all():
+        images = Block.of(colloc, [_applied(colloc, fac, x) for x in block.columns])
+        overlaps = block.overlaps(images)
+        if not np.isfinite(overlaps).all() or not np.isfinite(images.vectors).all():
             return None
         inverse, turns = np.linalg.eigh((overlaps + overlaps.T) / 2)
         if not inverse[-1] > 0:
             return None
-        values = tuple(float(1.0 / np.sqrt(max(v, 1e-300))) for v in inverse[::-1])
-        turned = [add(scaled(images[0], float(t[0])), *zip(t[1:].tolist(), images[1:], strict=True)) for t in turns.T]
-        guess = tuple(orthonormal(colloc, turned[::-1]))
-    return guess[:count], values[:count]
+        before, values = values, tuple(float(1.0 / np.sqrt(max(v, 1e-300))) for v in inverse[::-1])
+        block = images.combined(turns.T[::-1]).orthonormal()
+        if all(abs(old - new) < SETTLED * new for old, new in zip(before, values, strict=False)) and before:
+            break
+    return tuple(block.columns)[:count], values[:count]
+
+
+@dataclass(frozen=True)
+class Block:
+    """Some vectors of one discretisation as rows of one array: (count, size), with the weights (size,) of the inner
+    product and the shapes of their parts."""
+
+    vectors: np.ndarray
+    weights: np.ndarray
+    shapes: tuple[tuple[int, ...], ...]
+
+    @classmethod
+    def of(cls, colloc: Collocation, vectors: Sequence[Columns]) -> Block:
+        first = vectors[0]
+        scalars = len(first.scalars)
+        parts = [np.concatenate([v.stage.ravel(), v.mesh.ravel(), v.scalars]) for v in vectors]
+        weights = colloc.kept(f"weights of vectors with {scalars} scalars", lambda: colloc.weights(scalars))
+        return cls(np.array(parts), weights, (first.stage.shape, first.mesh.shape, first.scalars.shape))
+
+    @property
+    def columns(self) -> list[Columns]:
+        """The vectors one by one."""
+        stage, mesh, _ = self.shapes
+        a = stage[0] * stage[1] * stage[2]
+        b = a + mesh[0] * mesh[1]
+        return [Columns(v[:a].reshape(stage), v[a:b].reshape(mesh), v[b:]) for v in self.vectors]
+
+    def overlaps(self, other: Block) -> np.ndarray:
+        """Inner products <x_i, y_j>."""
+        return (self.weights * self.vectors) @ other.vectors.T
+
+    def combined(self, factors: np.ndarray) -> Block:
+        """The vectors sum_j factors[i, j] x_j."""
+        return replace(self, vectors=factors @ self.vectors)
+
+    def orthonormal(self, first: int = 0) -> Block:
+        """Gram-Schmidt (twice) in the order given; the first ones are orthonormal already."""
+        out = self.vectors.copy()
+        for i in range(first, len(out)):
+            for _ in range(2):
+                if i:
+                    out[i] -= (out[:i] @ (self.weights * out[i])) @ out[:i]
+                out[i] /= np.sqrt(np.vdot(self.weights * out[i], out[i]))
+        return replace(self, vectors=out)
+
+
+def orthonormal(colloc: Collocation, vectors: Sequence[Columns], first: Sequence[Columns] = ()) -> list[Columns]:
+    """Gram-Schmidt (twice) after the orthonormal vectors `first`, which are left out of the result."""
+    return Block.of(colloc, [*first, *vectors]).orthonormal(len(first)).columns[len(first) :]
 
 
 def _applied(colloc: Collocation, fac: Factorization, x: Columns) -> Columns:
@@ -87,14 +138,3 @@ def _another(colloc: Collocation, fac: Factorization, known: Sequence[Columns]) 
             z = _applied(colloc, fac, z)
         (z,) = orthonormal(colloc, [z], known)
     return [z] if np.isfinite(colloc.norm(z)) else []
-
-
-def orthonormal(colloc: Collocation, vectors: Sequence[Columns], first: Sequence[Columns] = ()) -> list[Columns]:
-    """Gram-Schmidt (twice) after the orthonormal vectors `first`, which are left out of the result."""
-    out = list(first)
-    for v in vectors:
-        for _ in range(2):
-            v = add(v, *((-colloc.inner(v, u), u) for u in out))
-            v = scaled(v, 1.0 / colloc.norm(v))
-        out.append(v)
-    return out[len(first) :]
