@@ -32,8 +32,8 @@ def test_a_solution_of_the_engine_is_found_again(u_state):
     assert shots.height[0] == pytest.approx(0.215493955, abs=1e-8)
     assert shots.energy[0] == pytest.approx(8.272356559, abs=1e-8)
     rod = RodState(u_state)
-    np.testing.assert_allclose(rod.in_space(rod.force)[0], shots.constants[0, :3], atol=1e-7)
-    np.testing.assert_allclose(rod.in_space(rod.moment)[0], shots.constants[0, 3:], atol=1e-7)
+    np.testing.assert_allclose(rod.force[0], shots.constants[0, :3], atol=1e-7)
+    np.testing.assert_allclose(rod.moment[0], shots.constants[0, 3:], atol=1e-7)
 
 
 @pytest.mark.parametrize("plan", [Plan(np.inf, 4, 20, False), Plan(np.inf, 16, 4, True), Plan(np.inf, 64, 2, True)])

@@ -7,20 +7,40 @@ unknowns (q, X) and the six constants that balance without body force leaves. So
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import replace
 from functools import lru_cache
 from typing import Any
 
 import numpy as np
 
 from rodatlas.continuation import BVP, Solution, end_value, integral_of
-from rodatlas.continuation.checks import check_type
 from rodatlas.continuation.problem.symmetry import Symmetry
-from rodatlas.rods.kinematics import clamp_residual, director_components, directors, quaternion_rate
+from rodatlas.rods.formulation import (
+    Columns,
+    Formulation,
+    Parameters,
+    Sections,
+    by_name,
+    components,
+    held_by,
+    parameters_of,
+    pose_columns,
+    stacked,
+)
+from rodatlas.rods.kinematics import (
+    POSE,
+    balance,
+    clamp_residual,
+    cross,
+    director_components,
+    directors,
+    pose_of,
+    quaternion_rate,
+)
+from rodatlas.rods.law import LinearLaw
 
-UNKNOWNS = ("N1", "N2", "N3", "M2", "k1", "tau", "q0", "q1", "q2", "q3", "x", "y", "z")
-REDUCED_UNKNOWNS = UNKNOWNS[6:]
+FORCE = ("N1", "N2", "N3")
+UNKNOWNS = (*FORCE, "M2", "k1", "tau", *POSE)
+REDUCED_UNKNOWNS = POSE
 CONSTANTS = ("nx", "ny", "nz", "mx", "my", "mz")
 FORCE_SCALE = 300.0
 MOMENT_SCALE = 60.0
@@ -49,32 +69,29 @@ def rod_problem() -> BVP:
     end_force_z = z component of N in space at s = 0 (dE/d(dD) along a branch).
     """
 
-    def rhs(s: Any, u: Any, p: Any) -> list[Any]:
-        m1, m3 = p.a * u.k1, u.tau
-        d3 = director_components(u.q0, u.q1, u.q2, u.q3)[2]
-        return [
-            u.N2 * u.tau,
-            -u.N1 * u.tau + u.N3 * u.k1,
-            -u.N2 * u.k1,
-            -m1 * u.tau + m3 * u.k1 - u.N1,
-            (u.M2 * u.tau + u.N2) / p.a,
-            -u.M2 * u.k1,
-            *quaternion_rate((u.q0, u.q1, u.q2, u.q3), u.k1, 0.0, u.tau),
-            *d3,
-        ]
-
     return BVP(
-        rhs, _clamps, unknowns=UNKNOWNS, parameters={"a": 0.625, "psi0": np.pi, "dL": 1.0, "dD": 0.0},
+        lambda s, u, p: rates(u, p), _clamps, unknowns=UNKNOWNS,
+        parameters={"a": 0.625, "psi0": np.pi, "dL": 1.0, "dD": 0.0},
         observables={
             "height": integral_of(lambda s, u, p: u.y),
-            "energy": integral_of(lambda s, u, p: (p.a * u.k1**2 + u.tau**2) / 2),
+            "energy": integral_of(lambda s, u, p: LinearLaw(p.a).energy_density((u.k1, 0.0, u.tau))),
             "end_force_z": end_value(_end_force_z),
         },
-        scales={"N1": FORCE_SCALE, "N2": FORCE_SCALE, "N3": FORCE_SCALE, "M2": MOMENT_SCALE, "k1": MOMENT_SCALE,
-                "tau": MOMENT_SCALE},
+        scales={**dict.fromkeys(FORCE, FORCE_SCALE), **dict.fromkeys(("M2", "k1", "tau"), MOMENT_SCALE)},
         symmetries=SYMMETRIES, identities=lambda u, p: u.q0**2 + u.q1**2 + u.q2**2 + u.q3**2 - 1,
         name="perfectly anisotropic rod",
     )  # fmt: skip
+
+
+def rates(u: Any, p: Any) -> list[Any]:
+    """Right-hand side of :func:`rod_problem`, (13,), for unknowns and parameters by name: numbers or symbols."""
+    law = LinearLaw(p.a)
+    strain, force, q = (u.k1, 0.0, u.tau), (u.N1, u.N2, u.N3), (u.q0, u.q1, u.q2, u.q3)
+    force_rate, moment_rate = balance(force, law.moment(strain, reaction=(0.0, u.M2, 0.0)), strain)
+    k1_rate, _, tau_rate = law.strain(moment_rate)  # the law is linear
+    return [
+        *force_rate, moment_rate[1], k1_rate, tau_rate, *quaternion_rate(q, *strain), *director_components(*q)[2]
+    ]  # fmt: skip
 
 
 @lru_cache(maxsize=1)
@@ -86,20 +103,18 @@ def reduced_problem() -> BVP:
     Parameters: as :func:`rod_problem`, and nx .. mz, free on every branch together with the control parameter.
     """
 
-    def strains(u: Any, p: Any) -> tuple[Any, Any]:
-        d1, _, d3 = director_components(u.q0, u.q1, u.q2, u.q3)
-        rx, ry, rz = u.x, u.y, u.z + p.dD
-        m = [p.mx - (ry * p.nz - rz * p.ny), p.my - (rz * p.nx - rx * p.nz), p.mz - (rx * p.ny - ry * p.nx)]
-        return sum(a * b for a, b in zip(d1, m, strict=True)) / p.a, sum(a * b for a, b in zip(d3, m, strict=True))
+    def strain(u: Any, p: Any) -> list[Any]:
+        arm, force = (u.x, u.y, u.z + p.dD), (p.nx, p.ny, p.nz)
+        m = [m0 - turned for m0, turned in zip((p.mx, p.my, p.mz), cross(arm, force), strict=True)]
+        frame = director_components(u.q0, u.q1, u.q2, u.q3)
+        return LinearLaw(p.a).strain([sum(a * b for a, b in zip(d, m, strict=True)) for d in frame])
 
     def rhs(s: Any, u: Any, p: Any) -> list[Any]:
-        k1, tau = strains(u, p)
         q = (u.q0, u.q1, u.q2, u.q3)
-        return [*quaternion_rate(q, k1, 0.0, tau), *director_components(*q)[2]]
+        return [*quaternion_rate(q, *strain(u, p)), *director_components(*q)[2]]
 
     def energy(s: Any, u: Any, p: Any) -> Any:
-        k1, tau = strains(u, p)
-        return (p.a * k1**2 + tau**2) / 2
+        return LinearLaw(p.a).energy_density(strain(u, p))
 
     return BVP(
         rhs, _clamps, unknowns=REDUCED_UNKNOWNS,
@@ -111,48 +126,52 @@ def reduced_problem() -> BVP:
     )  # fmt: skip
 
 
-def check_rod(solution: object, names: Sequence[str] = UNKNOWNS) -> None:
-    """Raise ValueError for what is no solution of :func:`rod_problem`, or of another problem with some names."""
-    check_type("solution", solution, Solution, "a Solution such as state_at(Ends(15.0))")
-    assert isinstance(solution, Solution)
-    if not {*names} <= {*solution.unknowns, *solution.parameter_names}:
-        raise ValueError(f"solution: expected one with {', '.join(names)}, got one with {', '.join(solution.unknowns)}")
+def _law(p: Parameters) -> LinearLaw:
+    return LinearLaw(p["a"])
+
+
+def _read(u: Columns, p: Parameters) -> Sections:
+    zero = np.zeros_like(u["k1"])
+    strain = [u["k1"], zero, u["tau"]]
+    moment = _law(p).moment(strain, reaction=[zero, u["M2"], zero])
+    return Sections(stacked(u, FORCE), np.stack(moment, -1), np.stack(strain, -1), *pose_of(u))
+
+
+def _write(x: Sections, p: Parameters) -> Columns:
+    (_, m2, _), (k1, _, tau) = components(x.moment), components(x.strain)
+    return {**by_name(FORCE, x.force), "M2": m2, "k1": k1, "tau": tau, **pose_columns(x)}
+
+
+def _read_reduced(u: Columns, p: Parameters) -> Sections:
+    force, moment = (np.array([p[name] for name in names]) for names in (CONSTANTS[:3], CONSTANTS[3:]))
+    return held_by(_law(p), force, moment, *pose_of(u), origin=np.array([0.0, 0.0, -p["dD"]]))
+
+
+FULL = Formulation(UNKNOWNS, ("a",), _law, _read, _write)
+REDUCED = Formulation(REDUCED_UNKNOWNS, ("a", "dD", *CONSTANTS), _law, _read_reduced, lambda x, p: pose_columns(x))
+
+
+def check_rod(solution: object) -> None:
+    """Raise ValueError for what is no solution of :func:`rod_problem`."""
+    FULL.check(solution)
 
 
 def to_reduced(solution: Solution) -> Solution:
     """The same state as a solution of :func:`reduced_problem`."""
     check_rod(solution)
-    frame = np.array(directors(solution.values[0, 6:10]))
-    n1, n2, n3, m2, k1, tau = solution.values[0, :6]
-    force = np.array([n1, n2, n3]) @ frame
-    moment = np.array([solution["a"] * k1, m2, tau]) @ frame
-    parameters = dict(zip(solution.parameter_names, solution.parameters, strict=True))
-    values = np.array([*(parameters[k] for k in ("a", "psi0", "dL", "dD")), *force, *moment])
-    return replace(
-        solution, unknowns=REDUCED_UNKNOWNS, parameter_names=tuple(reduced_problem().parameters), parameters=values,
-        values=solution.values[:, 6:].copy(), stages=solution.stages[..., 6:].copy(),
-    )  # fmt: skip
+    start = FULL.sections(solution, solution.values[0])
+    frame = np.array(directors(start.quaternion))
+    known = parameters_of(solution)
+    parameters = {name: known[name] for name in reduced_problem().parameters if name not in CONSTANTS}
+    loads = zip(CONSTANTS, [*(start.force @ frame).tolist(), *(start.moment @ frame).tolist()], strict=True)
+    return FULL.rewritten(solution, REDUCED, {**parameters, **dict(loads)})
 
 
 def from_reduced(solution: Solution) -> Solution:
     """The same state as a solution of :func:`rod_problem`."""
-    check_rod(solution, (*REDUCED_UNKNOWNS, *CONSTANTS))
-    p = dict(zip(solution.parameter_names, solution.parameters, strict=True))
-    force = np.array([p[k] for k in CONSTANTS[:3]])
-    moment = np.array([p[k] for k in CONSTANTS[3:]])
-    origin = np.array([0.0, 0.0, -p["dD"]])
-
-    def extended(u: np.ndarray) -> np.ndarray:
-        frame = np.moveaxis(np.array(directors(u[..., :4])), 0, -2)
-        body_force = frame @ force
-        body_moment = np.einsum("...da,...a->...d", frame, moment - np.cross(u[..., 4:] - origin, force))
-        strains = body_moment[..., [0, 2]] / [p["a"], 1.0]
-        return np.concatenate([body_force, body_moment[..., 1:2], strains, u], axis=-1)
-
-    return replace(
-        solution, unknowns=UNKNOWNS, parameter_names=solution.parameter_names[:4],
-        parameters=solution.parameters[:4].copy(), values=extended(solution.values), stages=extended(solution.stages),
-    )  # fmt: skip
+    REDUCED.check(solution)
+    known = parameters_of(solution)
+    return REDUCED.rewritten(solution, FULL, {name: known[name] for name in rod_problem().parameters})
 
 
 def _clamps(left: Any, right: Any, p: Any) -> list[Any]:

@@ -19,8 +19,10 @@ import numpy as np
 
 from rodatlas.continuation import MeshControl, NotConverged, Solution, TraceOptions, solve
 from rodatlas.rods.band import check_setting
+from rodatlas.rods.formulation import Sections, held_by
 from rodatlas.rods.kinematics import directors
-from rodatlas.rods.perfectly_anisotropic import rod_problem
+from rodatlas.rods.law import LinearLaw
+from rodatlas.rods.perfectly_anisotropic import FULL, rod_problem
 from rodatlas.rods.stability import index_of
 from rodatlas.rods.symmetry import is_twisted
 
@@ -150,12 +152,10 @@ def _product(p: np.ndarray, q: np.ndarray) -> np.ndarray:
 def _guess(strain: np.ndarray, load: np.ndarray, a: float, angle: float, compression: float) -> Solution:
     """The rod of a descent as a first guess for collocation; values at the ends are extrapolated."""
     rod = _chain(strain, angle)
-    frame = np.stack(directors(rod.quaternion), axis=1)
-    force = frame @ load[:3]
-    moment = load[3:] + np.cross(rod.end_position - rod.position, load[:3])
-    across = np.einsum("ka,ka->k", frame[:, 1], moment)
-    inner = np.column_stack([force, across, strain, rod.quaternion, rod.position])
-    values = np.vstack([1.5 * inner[0] - 0.5 * inner[1], inner, 1.5 * inner[-1] - 0.5 * inner[-2]])
+    middles = held_by(
+        LinearLaw(a), load[:3], load[3:] + np.cross(rod.end_position, load[:3]), rod.quaternion, rod.position,
+        np.zeros(3),
+    )._replace(strain=np.insert(strain, 1, 0.0, axis=1))  # fmt: skip
+    extended = Sections(*(np.vstack([1.5 * x[:1] - 0.5 * x[1:2], x, 1.5 * x[-1:] - 0.5 * x[-2:-1]]) for x in middles))
     s = np.concatenate([[0.0], (np.arange(len(strain)) + 0.5) / len(strain), [1.0]])
-    bvp = rod_problem()
-    return Solution.from_values(s, values, bvp.unknowns, {"a": a, "psi0": angle, "dL": compression, "dD": 0.0})
+    return FULL.guess(s, extended, {"a": a, "psi0": angle, "dL": compression, "dD": 0.0})

@@ -6,7 +6,10 @@ import numpy as np
 
 from rodatlas.continuation import MeshControl, NotConverged, Solution, TraceOptions, solve
 from rodatlas.rods.ends import Ends
+from rodatlas.rods.formulation import components
+from rodatlas.rods.law import LinearLaw
 from rodatlas.rods.perfectly_anisotropic import rod_problem
+from rodatlas.rods.state import RodState
 from rodatlas.states.shooting import guess_from
 from rodatlas.states.starts import clamps
 
@@ -40,13 +43,15 @@ def descend(shape: Solution, shear: float | None = None, tolerance: float = 1e-8
     a, held = shape["a"], shape["dD"] if shear is None else shear
     ends = Ends(float(np.degrees(shape["psi0"])), shape["dL"], held)
     middles = (np.arange(PIECES) + 0.5) / PIECES
-    strain = np.ascontiguousarray(np.stack([shape(middles, "k1"), shape(middles, "tau")], axis=-1))
+    pieces = RodState(shape).at(middles)
+    strain = np.column_stack([pieces.k1, pieces.tau])
     left, right = clamps(ends)
     poses, constants = np.empty((NODES + 1, 7)), np.empty(6)
     gradient = descend_band(strain, left, right, 1.0 / a, STEPS, TOLERANCE, poses, constants)
     if not gradient < SETTLED:
         return None
-    energy = 0.5 * float(np.mean(a * strain[:, 0] ** 2 + strain[:, 1] ** 2))
+    relaxed = np.insert(strain, 1, 0.0, axis=1)
+    energy = float(np.mean(LinearLaw(a).energy_density(components(relaxed))))
     try:
         guess = guess_from(poses, constants, a, ends)
         found = solve(rod_problem(), guess, ("dD",), TraceOptions(mesh=MeshControl(tolerance=tolerance)))

@@ -8,8 +8,10 @@ import numpy as np
 
 from rodatlas.continuation import Solution
 from rodatlas.rods.ends import Ends
-from rodatlas.rods.kinematics import directors
-from rodatlas.rods.perfectly_anisotropic import UNKNOWNS
+from rodatlas.rods.formulation import by_name, held_by
+from rodatlas.rods.kinematics import POSE, pose_of
+from rodatlas.rods.law import LinearLaw
+from rodatlas.rods.perfectly_anisotropic import FULL
 from rodatlas.states.starts import PLACES, Starts
 
 
@@ -104,10 +106,7 @@ def as_guess(shots: Shots, row: int, a: float, ends: Ends) -> Solution:
 
 def guess_from(poses: np.ndarray, constants: np.ndarray, a: float, ends: Ends) -> Solution:
     """Poses (K + 1, 7) at equidistant places and constants (6,) as a guess for the rod problem on K mesh intervals."""
-    frame = np.moveaxis(np.array(directors(poses[:, :4])), 0, -2)
-    force = frame @ constants[:3]
-    arm = poses[:, 4:] - poses[0, 4:]
-    moment = np.einsum("kda,ka->kd", frame, constants[3:] - np.cross(arm, constants[:3]))
-    values = np.column_stack([force, moment[:, 1], moment[:, 0] / a, moment[:, 2], poses])
+    quaternion, position = pose_of(by_name(POSE, poses))
+    sections = held_by(LinearLaw(a), constants[:3], constants[3:], quaternion, position, position[0])
     parameters = {"a": a, "psi0": ends.angle, "dL": ends.compression, "dD": ends.shear}
-    return Solution.from_values(np.linspace(0.0, 1.0, len(poses)), values, UNKNOWNS, parameters)
+    return FULL.guess(np.linspace(0.0, 1.0, len(poses)), sections, parameters)
