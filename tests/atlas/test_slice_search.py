@@ -94,7 +94,7 @@ def test_a_stable_state_without_a_name_of_the_paper():
     (found,) = [s for s in segments if s.low.kind == s.high.kind == "fold"]
     assert (found.low.solution["dD"], found.high.solution["dD"]) == pytest.approx((0.2392, 0.3712), abs=1e-4)
     rod = RodState(state).at(np.linspace(0.0, 1.0, 401))
-    assert second_variation_index(rod.s, rod.quaternion, rod.position, rod.strain, state["a"]).index == 0
+    assert second_variation_index(rod.s, rod.quaternion, rod.position, rod.strain, rod.law).index == 0
     assert [part.name for part in name_parts(found.solutions, symmetric=True)] == [OTHER]
     with pytest.raises(ValueError, match="state: expected one of U, US"):
         parse_label(OTHER)

@@ -44,7 +44,7 @@ def loops(states):
 def second_variation(state):
     """The independent count of the index, by the discretized energy."""
     rod = RodState(state).at(np.linspace(0.0, 1.0, 201))
-    return second_variation_index(rod.s, rod.quaternion, rod.position, rod.strain, state["a"])
+    return second_variation_index(rod.s, rod.quaternion, rod.position, rod.strain, rod.law)
 
 
 def test_energies_and_stability(states):

@@ -36,7 +36,7 @@ def planar():
 
 def second_variation(state):
     rod = RodState(state).at(np.linspace(0.0, 1.0, 401))
-    return second_variation_index(rod.s, rod.quaternion, rod.position, rod.strain, state["a"], segments=200)
+    return second_variation_index(rod.s, rod.quaternion, rod.position, rod.strain, rod.law, segments=200)
 
 
 def test_eigenvalues_are_those_of_the_discretized_energy(planar, sheared):

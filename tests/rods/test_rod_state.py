@@ -5,6 +5,7 @@ import pytest
 
 from rodatlas.continuation import Solution
 from rodatlas.rods import Ends, RodState, reverse, state_at, to_reduced
+from rodatlas.rods.formulation import parameters_of
 from rodatlas.rods.law import LinearLaw
 from rodatlas.rods.perfectly_anisotropic import FULL
 
@@ -72,16 +73,16 @@ def test_the_reversed_rod_has_the_reversed_fields(rod, broken):
 
 def test_what_is_read_is_written_back(broken):
     sections = FULL.sections(broken, broken.values)
-    assert np.array_equal(FULL.values(sections, {"a": broken["a"]}), broken.values)
+    assert np.array_equal(FULL.values(sections, parameters_of(broken)), broken.values)
 
 
 def test_only_rods_are_read():
     guess = Solution.from_function(lambda s: np.zeros((len(s), 2)), ("u", "v"), {"lam": 1.0})
-    with pytest.raises(ValueError, match=r"solution: expected one with N1, N2, .*, z, a, got one with u, v"):
+    with pytest.raises(ValueError, match=r"solution: expected one with N1, .*, z, a, psi0, dL, dD, got one with u"):
         RodState(guess)
     with pytest.raises(ValueError, match="a: expected a positive stiffness in units of GJ, got 0"):
         LinearLaw(0.0)
-    with pytest.raises(ValueError, match="b: expected a positive stiffness in units of GJ, got nan"):
+    with pytest.raises(ValueError, match="c2: expected a compliance of at least 0 in units of 1/GJ, got nan"):
         LinearLaw(0.5, float("nan"))
 
 
@@ -89,4 +90,7 @@ def test_the_examples_of_the_law():
     band = LinearLaw(0.625)
     assert band.strain((1.25, 3.0, 0.5)) == [2.0, 0.0, 0.5]
     assert band.moment((2.0, 0.0, 0.5), reaction=(0.0, 3.0, 0.0)) == [1.25, 3.0, 0.5]
-    assert LinearLaw(0.625, 10.0).energy_density((2.0, 0.3, 0.5)) == pytest.approx(1.825, rel=1e-15)
+    soft = LinearLaw(0.625, c2=0.1)
+    assert soft.strain((1.25, 3.0, 0.5)) == pytest.approx([2.0, 0.3, 0.5], rel=1e-15)
+    assert soft.energy_density((2.0, 0.3, 0.5), (1.25, 3.0, 0.5)) == pytest.approx(1.825, rel=1e-15)
+    assert soft.stiffness == (0.625, 10.0, 1.0)

@@ -24,7 +24,7 @@ def test_conjugate_points_and_second_variation_agree(angle, every):
     for ident, solution in sample(found, every):
         rod = RodState(solution).at(s)
         one = index_of(solution)
-        two = second_variation_index(s, rod.quaternion, rod.position, rod.strain, solution["a"])
+        two = second_variation_index(s, rod.quaternion, rod.position, rod.strain, rod.law)
         if not (one.trusted and two.trusted) or one.margin < 0.02:
             skipped += 1  # next to a fold or pitchfork the discretized energy has its own critical shear
             continue

@@ -16,6 +16,7 @@ from rodatlas.continuation import Solution
 from rodatlas.continuation.checks import check_type
 from rodatlas.rods.kinematics import POSITION, QUATERNION, directors
 from rodatlas.rods.law import Law
+from rodatlas.rods.poses import Clamps
 
 Columns = Mapping[str, np.ndarray]
 Parameters = Mapping[str, float]
@@ -89,7 +90,7 @@ class Formulation:
     ----------
     unknowns : names, in the order of the problem.
     parameters : names of those that the reader needs.
-    law : the law at given parameters.
+    law : the law at given parameters; clamps : the poses of its ends at them.
     read : cross-sections from columns (...) by name and parameters.
     write : columns by name from cross-sections and parameters, every unknown among them.
     """
@@ -97,6 +98,7 @@ class Formulation:
     unknowns: tuple[str, ...]
     parameters: tuple[str, ...]
     law: Callable[[Parameters], Law]
+    clamps: Callable[[Parameters], Clamps]
     read: Callable[[Columns, Parameters], Sections]
     write: Callable[[Sections, Parameters], Columns]
 

@@ -32,10 +32,10 @@ class Law(Protocol):
     def moment(self, strain: Sequence[Any], reaction: Sequence[Any]) -> list[Any]:
         """(M1, M2, M3) of a strain; where the strain is rigid the component of `reaction`."""
 
-    def energy_density(self, strain: Sequence[Any]) -> Any:
-        """W [GJ/L^2]."""
+    def energy_density(self, strain: Sequence[Any], moment: Sequence[Any]) -> Any:
+        """W [GJ/L^2] of a strain and its moment."""
 
-    def energy_parts(self, strain: Sequence[Any]) -> list[Any]:
+    def energy_parts(self, strain: Sequence[Any], moment: Sequence[Any]) -> list[Any]:
         """What bending by k1 and by k2 and twisting store [GJ/L^2]; their sum is W."""
 
     def compliance(self, moment: Sequence[Any]) -> list[list[Any]]:
@@ -44,24 +44,25 @@ class Law(Protocol):
 
 @dataclass(frozen=True)
 class LinearLaw:
-    r"""A rod that is straight without load and answers in proportion: M = (a k1, b k2, tau).
+    r"""A rod that is straight without load and answers in proportion.
 
-    .. math:: W = \tfrac12 (a\kappa_1^2 + b\kappa_2^2 + \tau^2),
-              \qquad \kappa_1 = M_1/a, \quad \kappa_2 = M_2/b, \quad \tau = M_3
+    .. math:: \kappa_1 = M_1/a, \quad \kappa_2 = c_2 M_2, \quad \tau = M_3, \qquad
+              W = \tfrac12 (a\kappa_1^2 + M_2\kappa_2 + \tau^2)
 
-    The twisting stiffness GJ is the unit. With b infinite, the default, it is the perfectly anisotropic rod: k2 = 0,
-    and M2 is a reaction. Source: G. Kirchhoff (1859), J. Reine Angew. Math. 56, 285; for infinite b T. Yu and
-    J. A. Hanna, "Bifurcations of buckled, clamped anisotropic rods and thin bands under lateral end translations".
+    The twisting stiffness GJ is the unit. With c2 = 0, the default, it is the perfectly anisotropic rod: k2 = 0, and M2
+    is a reaction. With c2 = 1/a the rod bends alike to all sides. Sources: G. Kirchhoff (1859), J. Reine Angew. Math.
+    56, 285; for c2 = 0 T. Yu and J. A. Hanna, "Bifurcations of buckled, clamped anisotropic rods and thin bands under
+    lateral end translations".
 
     Attributes
     ----------
-    a, b : bending stiffnesses EI1/GJ of k1 (about the width d1) and EI2/GJ of k2 (about the normal d2), numbers or
-        symbols.
+    a : bending stiffness EI1/GJ of k1, about the width d1; a number or a symbol.
+    c2 : compliance GJ/EI2 of k2, about the normal d2; a number or a symbol. The number 0 is rigid.
 
     Raises
     ------
     ValueError
-        for a number that is not positive.
+        for an `a` that is not positive, or a negative `c2`.
 
     Examples
     --------
@@ -70,48 +71,66 @@ class LinearLaw:
     [2.0, 0.0, 0.5]
     >>> band.moment((2.0, 0.0, 0.5), reaction=(0.0, 3.0, 0.0))
     [1.25, 3.0, 0.5]
-    >>> LinearLaw(0.625, 10.0).energy_density((2.0, 0.3, 0.5))
-    1.825
+    >>> LinearLaw(0.625, c2=0.1).strain((1.25, 3.0, 0.5))
+    [2.0, 0.3, 0.5]
     """
 
     a: Any
-    b: Any = math.inf
+    c2: Any = 0.0
 
     def __post_init__(self) -> None:
-        for name, value in (("a", self.a), ("b", self.b)):
-            if isinstance(value, int | float | np.number) and not value > 0:
-                raise ValueError(f"{name}: expected a positive stiffness in units of GJ, got {value}")
+        if _is_number(self.a) and not 0.0 < self.a < math.inf:
+            raise ValueError(f"a: expected a positive stiffness in units of GJ, got {self.a}")
+        if _is_number(self.c2) and not 0.0 <= self.c2 < math.inf:
+            raise ValueError(f"c2: expected a compliance of at least 0 in units of 1/GJ, got {self.c2}")
 
     @property
     def rigid(self) -> tuple[bool, bool, bool]:
-        return False, isinstance(self.b, int | float | np.number) and math.isinf(self.b), False
+        return False, _is_number(self.c2) and self.c2 == 0.0, False
 
     @property
     def stiffness(self) -> tuple[Any, Any, Any]:
-        """(a, b, 1) [GJ]."""
-        return self.a, self.b, 1.0
+        """(EI1, EI2, GJ) [GJ]; infinite where rigid."""
+        return self.a, math.inf if self.rigid[1] else 1.0 / self.c2, 1.0
 
     @property
     def softness(self) -> tuple[Any, Any, Any]:
-        """(1/a, 1/b, 1) [1/GJ], the diagonal of the compliance; 0 where rigid."""
-        return 1.0 / self.a, 0.0 if self.rigid[1] else 1.0 / self.b, 1.0
+        """(1/a, c2, 1) [1/GJ], the diagonal of the compliance."""
+        return 1.0 / self.a, self.c2, 1.0
 
     def strain(self, moment: Sequence[Any]) -> list[Any]:
         m1, m2, m3 = moment
-        return [m1 / self.a, 0.0 * m2 if self.rigid[1] else m2 / self.b, m3]
+        return [m1 / self.a, self.c2 * m2, m3]
 
     def moment(self, strain: Sequence[Any], reaction: Sequence[Any]) -> list[Any]:
         k1, k2, tau = strain
-        return [self.a * k1, reaction[1] if self.rigid[1] else self.b * k2, tau]
+        return [self.a * k1, reaction[1] if self.rigid[1] else k2 / self.c2, tau]
 
-    def energy_parts(self, strain: Sequence[Any]) -> list[Any]:
+    def energy_density(self, strain: Sequence[Any], moment: Sequence[Any]) -> Any:
         k1, k2, tau = strain
-        return [self.a * k1**2 / 2, 0.0 * k2 if self.rigid[1] else self.b * k2**2 / 2, tau**2 / 2]
+        return (self.a * k1**2 + moment[1] * k2 + tau**2) / 2
 
-    def energy_density(self, strain: Sequence[Any]) -> Any:
+    def energy_parts(self, strain: Sequence[Any], moment: Sequence[Any]) -> list[Any]:
         k1, k2, tau = strain
-        return (self.a * k1**2 + (0.0 if self.rigid[1] else self.b * k2**2) + tau**2) / 2
+        return [self.a * k1**2 / 2, moment[1] * k2 / 2, tau**2 / 2]
 
     def compliance(self, moment: Sequence[Any]) -> list[list[Any]]:
         c1, c2, c3 = self.softness
         return [[c1, 0.0, 0.0], [0.0, c2, 0.0], [0.0, 0.0, c3]]
+
+
+def _is_number(value: object) -> bool:
+    return isinstance(value, int | float | np.number)
+
+
+def softness_of_band(law: Law) -> float:
+    """1/a [1/GJ] of the perfectly anisotropic rod: all that compiled kernels know of a law.
+
+    Raises
+    ------
+    ValueError
+        for another law, of which they would compute something else.
+    """
+    if not (isinstance(law, LinearLaw) and law.rigid == (False, True, False)):
+        raise ValueError(f"law: expected that of the perfectly anisotropic rod, LinearLaw(a), got {law!r}")
+    return float(law.softness[0])

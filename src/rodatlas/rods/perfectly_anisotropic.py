@@ -7,6 +7,7 @@ unknowns (q, X) and the six constants that balance without body force leaves. So
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from functools import lru_cache
 from typing import Any
 
@@ -14,6 +15,7 @@ import numpy as np
 
 from rodatlas.continuation import BVP, Solution, end_value, integral_of
 from rodatlas.continuation.problem.symmetry import Symmetry
+from rodatlas.rods.ends import Ends
 from rodatlas.rods.formulation import (
     Columns,
     Formulation,
@@ -29,7 +31,6 @@ from rodatlas.rods.formulation import (
 from rodatlas.rods.kinematics import (
     POSE,
     balance,
-    clamp_residual,
     cross,
     director_components,
     directors,
@@ -37,10 +38,12 @@ from rodatlas.rods.kinematics import (
     quaternion_rate,
 )
 from rodatlas.rods.law import LinearLaw
+from rodatlas.rods.poses import Clamps
 
 FORCE = ("N1", "N2", "N3")
 UNKNOWNS = (*FORCE, "M2", "k1", "tau", *POSE)
 REDUCED_UNKNOWNS = POSE
+SETTING = ("a", "psi0", "dL", "dD")
 CONSTANTS = ("nx", "ny", "nz", "mx", "my", "mz")
 FORCE_SCALE = 300.0
 MOMENT_SCALE = 60.0
@@ -70,11 +73,11 @@ def rod_problem() -> BVP:
     """
 
     return BVP(
-        lambda s, u, p: rates(u, p), _clamps, unknowns=UNKNOWNS,
+        lambda s, u, p: rates(u, p), _held, unknowns=UNKNOWNS,
         parameters={"a": 0.625, "psi0": np.pi, "dL": 1.0, "dD": 0.0},
         observables={
             "height": integral_of(lambda s, u, p: u.y),
-            "energy": integral_of(lambda s, u, p: LinearLaw(p.a).energy_density((u.k1, 0.0, u.tau))),
+            "energy": integral_of(lambda s, u, p: LinearLaw(p.a).energy_density(*_loaded(u, p))),
             "end_force_z": end_value(_end_force_z),
         },
         scales={**dict.fromkeys(FORCE, FORCE_SCALE), **dict.fromkeys(("M2", "k1", "tau"), MOMENT_SCALE)},
@@ -85,13 +88,18 @@ def rod_problem() -> BVP:
 
 def rates(u: Any, p: Any) -> list[Any]:
     """Right-hand side of :func:`rod_problem`, (13,), for unknowns and parameters by name: numbers or symbols."""
-    law = LinearLaw(p.a)
-    strain, force, q = (u.k1, 0.0, u.tau), (u.N1, u.N2, u.N3), (u.q0, u.q1, u.q2, u.q3)
-    force_rate, moment_rate = balance(force, law.moment(strain, reaction=(0.0, u.M2, 0.0)), strain)
-    k1_rate, _, tau_rate = law.strain(moment_rate)  # the law is linear
+    (strain, moment), q = _loaded(u, p), (u.q0, u.q1, u.q2, u.q3)
+    force_rate, moment_rate = balance((u.N1, u.N2, u.N3), moment, strain)
+    k1_rate, _, tau_rate = LinearLaw(p.a).strain(moment_rate)  # the law is linear
     return [
         *force_rate, moment_rate[1], k1_rate, tau_rate, *quaternion_rate(q, *strain), *director_components(*q)[2]
     ]  # fmt: skip
+
+
+def _loaded(u: Any, p: Any) -> tuple[Sequence[Any], Sequence[Any]]:
+    """Strain and moment (3,) from the unknowns."""
+    strain = (u.k1, 0.0, u.tau)
+    return strain, LinearLaw(p.a).moment(strain, reaction=(0.0, u.M2, 0.0))
 
 
 @lru_cache(maxsize=1)
@@ -103,21 +111,23 @@ def reduced_problem() -> BVP:
     Parameters: as :func:`rod_problem`, and nx .. mz, free on every branch together with the control parameter.
     """
 
-    def strain(u: Any, p: Any) -> list[Any]:
-        arm, force = (u.x, u.y, u.z + p.dD), (p.nx, p.ny, p.nz)
+    def moment(u: Any, p: Any) -> list[Any]:
+        start, force = Clamps.symmetric(p.psi0, p.dL, p.dD).left.position, (p.nx, p.ny, p.nz)
+        arm = [here - there for here, there in zip((u.x, u.y, u.z), start, strict=True)]
         m = [m0 - turned for m0, turned in zip((p.mx, p.my, p.mz), cross(arm, force), strict=True)]
         frame = director_components(u.q0, u.q1, u.q2, u.q3)
-        return LinearLaw(p.a).strain([sum(a * b for a, b in zip(d, m, strict=True)) for d in frame])
+        return [sum(a * b for a, b in zip(d, m, strict=True)) for d in frame]
 
     def rhs(s: Any, u: Any, p: Any) -> list[Any]:
         q = (u.q0, u.q1, u.q2, u.q3)
-        return [*quaternion_rate(q, *strain(u, p)), *director_components(*q)[2]]
+        return [*quaternion_rate(q, *LinearLaw(p.a).strain(moment(u, p))), *director_components(*q)[2]]
 
     def energy(s: Any, u: Any, p: Any) -> Any:
-        return LinearLaw(p.a).energy_density(strain(u, p))
+        law, m = LinearLaw(p.a), moment(u, p)
+        return law.energy_density(law.strain(m), m)
 
     return BVP(
-        rhs, _clamps, unknowns=REDUCED_UNKNOWNS,
+        rhs, _held, unknowns=REDUCED_UNKNOWNS,
         parameters={"a": 0.625, "psi0": np.pi, "dL": 1.0, "dD": 0.0, **dict.fromkeys(CONSTANTS, 0.0)},
         observables={"height": integral_of(lambda s, u, p: u.y), "energy": integral_of(energy),
                      "end_force_z": end_value(lambda left, right, p: p.nz)},
@@ -128,6 +138,10 @@ def reduced_problem() -> BVP:
 
 def _law(p: Parameters) -> LinearLaw:
     return LinearLaw(p["a"])
+
+
+def _clamps(p: Parameters) -> Clamps:
+    return Clamps.symmetric(p["psi0"], p["dL"], p["dD"])
 
 
 def _read(u: Columns, p: Parameters) -> Sections:
@@ -144,11 +158,18 @@ def _write(x: Sections, p: Parameters) -> Columns:
 
 def _read_reduced(u: Columns, p: Parameters) -> Sections:
     force, moment = (np.array([p[name] for name in names]) for names in (CONSTANTS[:3], CONSTANTS[3:]))
-    return held_by(_law(p), force, moment, *pose_of(u), origin=np.array([0.0, 0.0, -p["dD"]]))
+    return held_by(_law(p), force, moment, *pose_of(u), origin=np.array(_clamps(p).left.position))
 
 
-FULL = Formulation(UNKNOWNS, ("a",), _law, _read, _write)
-REDUCED = Formulation(REDUCED_UNKNOWNS, ("a", "dD", *CONSTANTS), _law, _read_reduced, lambda x, p: pose_columns(x))
+FULL = Formulation(UNKNOWNS, SETTING, _law, _clamps, _read, _write)
+REDUCED = Formulation(
+    REDUCED_UNKNOWNS, (*SETTING, *CONSTANTS), _law, _clamps, _read_reduced, lambda x, p: pose_columns(x)
+)
+
+
+def setting(law: LinearLaw, ends: Ends) -> dict[str, float]:
+    """Parameters of :func:`rod_problem` for a perfectly anisotropic rod between clamps."""
+    return {"a": law.a, "psi0": ends.angle, "dL": ends.compression, "dD": ends.shear}
 
 
 def check_rod(solution: object) -> None:
@@ -174,14 +195,8 @@ def from_reduced(solution: Solution) -> Solution:
     return REDUCED.rewritten(solution, FULL, {name: known[name] for name in rod_problem().parameters})
 
 
-def _clamps(left: Any, right: Any, p: Any) -> list[Any]:
-    """Both clamps: q(0) = (c, -s, c, s), q(1) = +/- (c, s, c, -s), X(0) = (0, 0, -dD), X(1) = (1 - dL, 0, 0)."""
-    c, s = np.cos(p.psi0 / 2) / np.sqrt(2.0), np.sin(p.psi0 / 2) / np.sqrt(2.0)
-    return [
-        left.q0 - c, left.q1 + s, left.q2 - c, left.q3 - s, left.x, left.y, left.z + p.dD,
-        right.x - (1 - p.dL), right.y, right.z,
-        *clamp_residual((right.q0, right.q1, right.q2, right.q3), (c, s, c, -s)),
-    ]  # fmt: skip
+def _held(left: Any, right: Any, p: Any) -> list[Any]:
+    return Clamps.symmetric(p.psi0, p.dL, p.dD).residual(left, right)
 
 
 def _end_force_z(left: Any, right: Any, p: Any) -> Any:

@@ -13,6 +13,7 @@ from rodatlas.rods.formulation import Formulation, Sections, components, paramet
 from rodatlas.rods.kinematics import directors
 from rodatlas.rods.law import Law
 from rodatlas.rods.perfectly_anisotropic import FULL, REDUCED
+from rodatlas.rods.poses import Clamps
 
 FORMULATIONS = (FULL, REDUCED)  # those that a solution without further notice may be of
 SYMMETRIC = 1e-5  # largest asymmetry of a state that equals its reversal
@@ -97,6 +98,11 @@ class RodState:
         return self._reader.law(parameters_of(self.solution))
 
     @property
+    def clamps(self) -> Clamps:
+        """The poses in which the ends are held, at the parameters of the solution."""
+        return self._reader.clamps(parameters_of(self.solution))
+
+    @property
     def force_body(self) -> np.ndarray:
         """(N1, N2, N3), (..., 3)."""
         return self.sections.force
@@ -167,12 +173,12 @@ class RodState:
     @cached_property
     def energy_density(self) -> np.ndarray:
         """Energy of the strain per length [GJ/L^2], (...)."""
-        return np.asarray(self.law.energy_density(components(self.strain)))
+        return np.asarray(self.law.energy_density(components(self.strain), components(self.moment_body)))
 
     @cached_property
     def energy_density_parts(self) -> tuple[np.ndarray, np.ndarray]:
         """What of it is bending and what is twist, (...) each."""
-        one, two, twist = self.law.energy_parts(components(self.strain))
+        one, two, twist = self.law.energy_parts(components(self.strain), components(self.moment_body))
         return one + two, twist
 
     def in_space(self, body: np.ndarray) -> np.ndarray:

@@ -10,11 +10,9 @@ from rodatlas.continuation import MeshControl, NotConverged, Solution, TraceOpti
 from rodatlas.continuation.problem.tracing import Named
 from rodatlas.rods.band import bending_ratio
 from rodatlas.rods.ends import Ends
-from rodatlas.rods.formulation import Sections, by_name
-from rodatlas.rods.kinematics import POSE, pose_of
+from rodatlas.rods.formulation import Sections
 from rodatlas.rods.law import LinearLaw
-from rodatlas.rods.perfectly_anisotropic import FULL, rates, rod_problem
-from rodatlas.states.starts import clamps
+from rodatlas.rods.perfectly_anisotropic import FULL, rates, rod_problem, setting
 
 POINTS = 65
 CLOSE = 1e-5  # relative difference of the energy beyond which another state was found
@@ -38,12 +36,10 @@ def rebuilt(
     """
     from scipy.integrate import solve_ivp
 
-    a = bending_ratio(poisson)
-    parameters = {"a": a, "psi0": ends.angle, "dL": ends.compression, "dD": ends.shear}
-    left, _ = clamps(ends)
-    quaternion, position = pose_of(by_name(POSE, left))
-    loads = np.array([force, moment], dtype=float)
-    start = FULL.values(Sections.loaded(LinearLaw(a), loads[0], loads[1], quaternion, position), parameters)
+    law = LinearLaw(bending_ratio(poisson))
+    parameters, left = setting(law, ends), ends.clamps.left
+    loads, pose = np.array([force, moment], dtype=float), (np.array(left.quaternion), np.array(left.position))
+    start = FULL.values(Sections.loaded(law, loads[0], loads[1], *pose), parameters)
     known = Named(tuple(parameters), tuple(parameters.values()))
 
     def rate(_: float, u: np.ndarray) -> np.ndarray:
