@@ -52,6 +52,12 @@ def quaternion_rate(q: Sequence[Any], k1: Any, k2: Any, tau: Any) -> list[Any]:
     ]
 
 
+def in_space(q: Sequence[Any], body: Sequence[Any]) -> list[Any]:
+    """Components in space of a vector given along the directors of a unit quaternion."""
+    frame = director_components(*q)
+    return [sum(along * d[i] for along, d in zip(body, frame, strict=True)) for i in range(3)]
+
+
 def cross(u: Sequence[Any], v: Sequence[Any]) -> list[Any]:
     """u x v by components."""
     return [u[1] * v[2] - u[2] * v[1], u[2] * v[0] - u[0] * v[2], u[0] * v[1] - u[1] * v[0]]

@@ -30,10 +30,12 @@ from rodatlas.rods.formulation import (
 )
 from rodatlas.rods.kinematics import (
     POSE,
+    QUATERNION,
     balance,
     cross,
     director_components,
     directors,
+    in_space,
     pose_of,
     quaternion_rate,
 )
@@ -78,7 +80,7 @@ def rod_problem() -> BVP:
         observables={
             "height": integral_of(lambda s, u, p: u.y),
             "energy": integral_of(lambda s, u, p: LinearLaw(p.a).energy_density(*_loaded(u, p))),
-            "end_force_z": end_value(_end_force_z),
+            "end_force_z": end_value(lambda left, right, p: _space_force(left)[2]),
         },
         scales={**dict.fromkeys(FORCE, FORCE_SCALE), **dict.fromkeys(("M2", "k1", "tau"), MOMENT_SCALE)},
         symmetries=SYMMETRIES, identities=lambda u, p: u.q0**2 + u.q1**2 + u.q2**2 + u.q3**2 - 1,
@@ -199,6 +201,5 @@ def _held(left: Any, right: Any, p: Any) -> list[Any]:
     return Clamps.symmetric(p.psi0, p.dL, p.dD).residual(left, right)
 
 
-def _end_force_z(left: Any, right: Any, p: Any) -> Any:
-    d1, d2, d3 = director_components(left.q0, left.q1, left.q2, left.q3)
-    return left.N1 * d1[2] + left.N2 * d2[2] + left.N3 * d3[2]
+def _space_force(end: Any) -> list[Any]:
+    return in_space([getattr(end, k) for k in QUATERNION], [getattr(end, n) for n in FORCE])

@@ -9,13 +9,14 @@ import numpy as np
 
 from rodatlas.continuation import Solution
 from rodatlas.continuation.checks import as_array
+from rodatlas.rods.elastic import ANISOTROPIC
 from rodatlas.rods.formulation import Formulation, Sections, components, parameters_of
 from rodatlas.rods.kinematics import directors
 from rodatlas.rods.law import Law
 from rodatlas.rods.perfectly_anisotropic import FULL, REDUCED
 from rodatlas.rods.poses import Clamps
 
-FORMULATIONS = (FULL, REDUCED)  # those that a solution without further notice may be of
+FORMULATIONS = (FULL, REDUCED, ANISOTROPIC)  # those that a solution without further notice may be of
 SYMMETRIC = 1e-5  # largest asymmetry of a state that equals its reversal
 
 
@@ -30,8 +31,8 @@ class RodState:
 
     Attributes
     ----------
-    solution : of :func:`rodatlas.rods.rod_problem` or :func:`rodatlas.rods.reduced_problem`, or of the problem of
-        `formulation`.
+    solution : of :func:`rodatlas.rods.rod_problem`, :func:`rodatlas.rods.reduced_problem` or
+        :func:`rodatlas.rods.anisotropic_rod`, or of the problem of `formulation`.
     formulation : what its unknowns mean; None: told by their names.
 
     Raises
@@ -78,6 +79,25 @@ class RodState:
     def at_gauss_points(self) -> RodState:
         """The same state at the Gauss points (N, m) of its mesh, where :meth:`Solution.mean` wants densities."""
         return replace(self, _samples=(self.solution.gauss_points(), self.solution.stages))
+
+    def rewritten(self, formulation: Formulation, **parameters: float) -> Solution:
+        """The solution in other unknowns on the same mesh, a first guess for their problem.
+
+        Parameters
+        ----------
+        formulation : of the other problem, such as `anisotropic_rod().formulation`.
+        parameters : of those that this solution does not have, or that shall be others.
+
+        Raises
+        ------
+        ValueError
+            when a parameter of the other formulation is not known.
+        """
+        known = parameters_of(self.solution) | parameters
+        if lacking := [name for name in formulation.parameters if name not in known]:
+            raise ValueError(f"parameters: expected {', '.join(lacking)} too, which this solution lacks, got none")
+        wanted = {name: known[name] for name in formulation.parameters}
+        return self._reader.rewritten(self.solution, formulation, wanted)
 
     # -- fields -------------------------------------------------------------------------------------------------------
 
