@@ -1,5 +1,8 @@
 """Rods of any law between any clamps: limits, closed forms, an independent shooting, and what refuses them."""
 
+from dataclasses import dataclass
+from typing import Any
+
 import numpy as np
 import pytest
 from rod_shooting import Equilibrium
@@ -18,7 +21,7 @@ from rodatlas.rods import (
     is_symmetric,
     state_at,
 )
-from rodatlas.rods.elastic import ANISOTROPIC
+from rodatlas.rods.elastic import ANISOTROPIC, SYMMETRIES
 from rodatlas.rods.formulation import Sections
 from rodatlas.states.descent import descend
 
@@ -145,6 +148,55 @@ def test_unequal_clamps_against_shooting():
     assert solved.success
     assert solved.x == pytest.approx(loads, abs=1e-6)
     assert shot(solved.x).energy == pytest.approx(found.energy, abs=1e-8)
+    assert index_of(state, formulation=rod.formulation).index == 0
+
+
+@dataclass(frozen=True)
+class SofteningLaw:
+    """H = M1^2/(2a) + e M1^4/4 + M3^2/2: bends the more the harder it is bent; W = M.k - H."""
+
+    a: Any
+    e: Any
+    rigid = (False, True, False)
+
+    def strain(self, moment):
+        m1, m2, m3 = moment
+        return [m1 / self.a + self.e * m1**3, 0.0 * m2, m3]
+
+    def moment(self, strain, reaction):
+        raise NotImplementedError  # not asked where moments are unknowns
+
+    def energy_parts(self, strain, moment):
+        m1, m2, m3 = moment
+        return [m1**2 / (2 * self.a) + 3 * self.e * m1**4 / 4, 0.0 * m2, m3**2 / 2]
+
+    def energy_density(self, strain, moment):
+        return sum(self.energy_parts(strain, moment))
+
+    def compliance(self, moment):
+        return [[1 / self.a + 3 * self.e * moment[0] ** 2, 0.0, 0.0], [0.0, 0.0, 0.0], [0.0, 0.0, 1.0]]
+
+
+def test_any_law_goes_through_problem_reader_and_index(band):
+    """A law that is not linear: work is the change of energy, N.N and H + N3 are constant, the index is counted."""
+    rod = elastic_rod(
+        lambda p: SofteningLaw(p.a, p.e), lambda p: Clamps.symmetric(p.psi0, p.dL, p.dD),
+        {"a": 0.625, "e": 0.0, "psi0": 0.0, "dL": 0.5, "dD": 0.0}, symmetries=SYMMETRIES,
+    )  # fmt: skip
+    options = TraceOptions(mesh=MeshControl(tolerance=1e-10), bounds={"e": (0.0, 0.02)}, locate=())
+    start = RodState(band).rewritten(rod.formulation, e=0.0)
+    state = trace(rod.problem, start, ("e",), options, both=False).points[-1].solution
+    read = RodState(state, rod.formulation)
+    assert read.energy < 0.99 * band["energy"]
+    assert sum(read.energy_parts) == pytest.approx(read.energy, rel=1e-12)
+    for values in read.first_integrals.values():
+        assert np.ptp(values) < 1e-7 * np.abs(values).max()
+    before, here, after = (read.at(0.3 + ds) for ds in (-1e-4, 0.0, 1e-4))
+    strains, moments = ((getattr(after, x) - getattr(before, x))[0] / 2e-4 for x in ("strain", "moment_body"))
+    assert strains == pytest.approx(here.compliance[0] @ moments, abs=1e-3)
+    moved = [solve(rod.problem, state.with_parameters(dD=0.2 + d), ("dD",), TIGHT)["energy"] for d in (-1e-4, 1e-4)]
+    assert (moved[1] - moved[0]) / 2e-4 == pytest.approx(state["end_force_z"], rel=1e-5)
+    assert state["end_force_z"] == pytest.approx(read.force[0, 2], rel=1e-12)
     assert index_of(state, formulation=rod.formulation).index == 0
 
 
