@@ -36,6 +36,15 @@ def test_a_state_ends_in_its_clamps():
         assert rod.directors[[0, -1]] == pytest.approx(np.array([p.directors for p in (clamps.left, clamps.right)]))
 
 
+def test_what_is_no_pose():
+    with pytest.raises(ValueError, match=r"quaternion: expected one of length 1, got \(1, 0, 0, 1\) of 1\.41421"):
+        Pose((1, 0, 0, 1), (0, 0, 0))
+    with pytest.raises(ValueError, match="position: expected 3 components, got 2"):
+        Pose((1, 0, 0, 0), (0, 0))
+    with pytest.raises(ValueError, match=r"quaternion: expected one of length 1, got .*nan"):
+        Pose.tilted(float("nan"), (0, 0, 0))
+
+
 def test_conditions_vanish_in_the_poses_only_and_are_independent():
     """Thirteen for fourteen numbers, since the equations keep the length of the quaternion: rank 13."""
     clamps = Clamps(Pose.tilted(0.3, (0.1, 0.2, -0.3)), Pose.tilted(-1.1, (0.5, -0.1, 0.2)))

@@ -25,24 +25,14 @@ from rodatlas.rods.formulation import (
     pose_columns,
     stacked,
 )
-from rodatlas.rods.kinematics import POSE, QUATERNION, balance, director_components, in_space, pose_of, quaternion_rate
+from rodatlas.rods.kinematics import POSE, QUATERNION, balance, director_components, pose_of, quaternion_rate
 from rodatlas.rods.law import Law, LinearLaw
 from rodatlas.rods.poses import Clamps
+from rodatlas.rods.unknowns import FORCE, FORCE_SCALE, MOMENT_SCALE, space_force, symmetries_of, unit_length
 
-FORCE, MOMENT = ("N1", "N2", "N3"), ("M1", "M2", "M3")
+MOMENT = ("M1", "M2", "M3")
 UNKNOWNS = (*FORCE, *MOMENT, *POSE)
-FORCE_SCALE, MOMENT_SCALE = 300.0, 60.0  # [GJ/L^2, GJ/L]
-
-_FRAME = {"q1": -1, "q3": -1}
-SYMMETRIES = (
-    Symmetry("reversal", {"N2": -1, "M2": -1, **_FRAME, "x": "1 - dL - x", "z": "-dD - z"}, reverse=True),
-    Symmetry("angle mirror", {"N2": -1, "M1": -1, "M3": -1, **_FRAME, "y": -1}, {"psi0": -1}),
-    Symmetry(
-        "shear mirror",
-        {"N1": -1, "M2": -1, "M3": -1, "q0": "q2", "q1": "-q3", "q2": "q0", "q3": "-q1", "z": -1}, {"dD": -1},
-    ),
-    Symmetry("quaternion sign", {"q0": -1, "q1": -1, "q2": -1, "q3": -1}, gauge=True),
-)  # fmt: skip
+SYMMETRIES = symmetries_of(MOMENT)
 """Of a rod whose energy is even in k2 and in (k1, tau), between symmetric clamps; see :mod:`rodatlas.rods.symmetry`."""
 
 
@@ -101,10 +91,10 @@ def elastic_rod(
         observables={
             "height": integral_of(lambda s, u, p: u.y),
             "energy": integral_of(lambda s, u, p: law(p).energy_density(*strain_and_moment(u, p))),
-            "end_force_z": end_value(lambda left, right, p: _space_force(left)[2]),
+            "end_force_z": end_value(lambda left, right, p: space_force(left)[2]),
         },
         scales={**dict.fromkeys(FORCE, FORCE_SCALE), **dict.fromkeys(MOMENT, MOMENT_SCALE)},
-        symmetries=symmetries, identities=lambda u, p: u.q0**2 + u.q1**2 + u.q2**2 + u.q3**2 - 1, name=name,
+        symmetries=symmetries, identities=unit_length, name=name,
     )  # fmt: skip
     return ElasticRod(problem, formulation_with(law, clamps, tuple(parameters)))
 
@@ -158,7 +148,3 @@ def anisotropic_rod() -> ElasticRod:
     parameters = dict(zip(ANISOTROPIC.parameters, (0.625, 0.0, np.pi, 1.0, 0.0), strict=True))
     rod = elastic_rod(_linear, _symmetric, parameters, symmetries=SYMMETRIES, name="anisotropic rod")
     return ElasticRod(rod.problem, ANISOTROPIC)
-
-
-def _space_force(end: Any) -> list[Any]:
-    return in_space([getattr(end, k) for k in QUATERNION], [getattr(end, n) for n in FORCE])

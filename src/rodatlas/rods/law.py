@@ -14,6 +14,8 @@ from typing import Any, Protocol
 
 import numpy as np
 
+from rodatlas.continuation.checks import shown
+
 
 class Law(Protocol):
     """What is asked of a law.
@@ -79,6 +81,9 @@ class LinearLaw:
     c2: Any = 0.0
 
     def __post_init__(self) -> None:
+        for name, value in (("a", self.a), ("c2", self.c2)):
+            if not hasattr(value, "__truediv__"):
+                raise ValueError(f"{name}: expected a number or a symbol, got {shown(value)}")
         if _is_number(self.a) and not 0.0 < self.a < math.inf:
             raise ValueError(f"a: expected a positive stiffness in units of GJ, got {self.a}")
         if _is_number(self.c2) and not 0.0 <= self.c2 < math.inf:

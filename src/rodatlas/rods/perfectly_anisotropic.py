@@ -14,7 +14,6 @@ from typing import Any
 import numpy as np
 
 from rodatlas.continuation import BVP, Solution, end_value, integral_of
-from rodatlas.continuation.problem.symmetry import Symmetry
 from rodatlas.rods.ends import Ends
 from rodatlas.rods.formulation import (
     Columns,
@@ -30,37 +29,23 @@ from rodatlas.rods.formulation import (
 )
 from rodatlas.rods.kinematics import (
     POSE,
-    QUATERNION,
     balance,
     cross,
     director_components,
     directors,
-    in_space,
     pose_of,
     quaternion_rate,
 )
 from rodatlas.rods.law import LinearLaw
 from rodatlas.rods.poses import Clamps
+from rodatlas.rods.unknowns import FORCE, FORCE_SCALE, MOMENT_SCALE, space_force, symmetries_of, unit_length
 
-FORCE = ("N1", "N2", "N3")
+LOADS = ("k1", "M2", "tau")  # the strain where it can change, otherwise the moment
 UNKNOWNS = (*FORCE, "M2", "k1", "tau", *POSE)
 REDUCED_UNKNOWNS = POSE
 SETTING = ("a", "psi0", "dL", "dD")
 CONSTANTS = ("nx", "ny", "nz", "mx", "my", "mz")
-FORCE_SCALE = 300.0
-MOMENT_SCALE = 60.0
-
-# q and -q are one rotation: the reversal of a state whose right clamp is reached at -q starts at -q
-_FRAME = {"q1": -1, "q3": -1}
-SYMMETRIES = (
-    Symmetry("reversal", {"N2": -1, "M2": -1, **_FRAME, "x": "1 - dL - x", "z": "-dD - z"}, reverse=True),
-    Symmetry("angle mirror", {"N2": -1, "k1": -1, "tau": -1, **_FRAME, "y": -1}, {"psi0": -1}),
-    Symmetry(
-        "shear mirror",
-        {"N1": -1, "M2": -1, "tau": -1, "q0": "q2", "q1": "-q3", "q2": "q0", "q3": "-q1", "z": -1}, {"dD": -1},
-    ),
-    Symmetry("quaternion sign", {"q0": -1, "q1": -1, "q2": -1, "q3": -1}, gauge=True),
-)  # fmt: skip
+SYMMETRIES = symmetries_of(LOADS)
 """See :mod:`rodatlas.rods.symmetry` for the table."""
 
 
@@ -80,10 +65,10 @@ def rod_problem() -> BVP:
         observables={
             "height": integral_of(lambda s, u, p: u.y),
             "energy": integral_of(lambda s, u, p: LinearLaw(p.a).energy_density(*_loaded(u, p))),
-            "end_force_z": end_value(lambda left, right, p: _space_force(left)[2]),
+            "end_force_z": end_value(lambda left, right, p: space_force(left)[2]),
         },
-        scales={**dict.fromkeys(FORCE, FORCE_SCALE), **dict.fromkeys(("M2", "k1", "tau"), MOMENT_SCALE)},
-        symmetries=SYMMETRIES, identities=lambda u, p: u.q0**2 + u.q1**2 + u.q2**2 + u.q3**2 - 1,
+        scales={**dict.fromkeys(FORCE, FORCE_SCALE), **dict.fromkeys(LOADS, MOMENT_SCALE)},
+        symmetries=SYMMETRIES, identities=unit_length,
         name="perfectly anisotropic rod",
     )  # fmt: skip
 
@@ -199,7 +184,3 @@ def from_reduced(solution: Solution) -> Solution:
 
 def _held(left: Any, right: Any, p: Any) -> list[Any]:
     return Clamps.symmetric(p.psi0, p.dL, p.dD).residual(left, right)
-
-
-def _space_force(end: Any) -> list[Any]:
-    return in_space([getattr(end, k) for k in QUATERNION], [getattr(end, n) for n in FORCE])

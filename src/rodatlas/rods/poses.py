@@ -2,13 +2,17 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 
+from rodatlas.continuation.checks import shown
 from rodatlas.rods.kinematics import POSE, POSITION, QUATERNION, clamp_residual, director_components
+
+UNIT = 1e-9  # by which the length of a unit quaternion may differ from 1
 
 
 @dataclass(frozen=True)
@@ -19,10 +23,26 @@ class Pose:
     ----------
     quaternion : (4,) unit quaternion of the directors; it and its negative are one rotation.
     position : (3,) of the center line [L].
+
+    Raises
+    ------
+    ValueError
+        for another number of components, or numbers of a quaternion whose length is not 1.
     """
 
     quaternion: Sequence[Any]
     position: Sequence[Any]
+
+    def __post_init__(self) -> None:
+        for field, values, size in (("quaternion", self.quaternion, 4), ("position", self.position, 3)):
+            if not isinstance(values, Sequence | np.ndarray) or isinstance(values, str):
+                raise ValueError(f"{field}: expected {size} components, got {shown(values)}")
+            if len(values) != size:
+                raise ValueError(f"{field}: expected {size} components, got {len(values)}")
+        if all(isinstance(q, int | float | np.number) for q in self.quaternion):
+            length = math.hypot(*self.quaternion)
+            if not abs(length - 1.0) < UNIT:
+                raise ValueError(f"quaternion: expected one of length 1, got {tuple(self.quaternion)} of {length:g}")
 
     @classmethod
     def tilted(cls, angle: Any, position: Sequence[Any]) -> Pose:

@@ -8,7 +8,7 @@ from functools import cached_property
 import numpy as np
 
 from rodatlas.continuation import Solution
-from rodatlas.continuation.checks import as_array
+from rodatlas.continuation.checks import as_array, check_type
 from rodatlas.rods.elastic import ANISOTROPIC
 from rodatlas.rods.formulation import Formulation, Sections, components, parameters_of
 from rodatlas.rods.kinematics import directors
@@ -54,6 +54,8 @@ class RodState:
     _samples: tuple[np.ndarray, np.ndarray] | None = field(default=None, repr=False)
 
     def __post_init__(self) -> None:
+        if self.formulation is not None:
+            check_type("formulation", self.formulation, Formulation, "that of an elastic_rod, or None")
         self._reader.check(self.solution)
 
     def __repr__(self) -> str:
