@@ -14,12 +14,13 @@ from pathlib import Path
 import numpy as np
 
 from rodatlas.rods.ends import Ends
+from rodatlas.rods.law import LinearLaw
 from rodatlas.states.discover import find_states
 from rodatlas.states.search import default_threads
 from rodatlas.states.shooting import Plan, shoot
 from rodatlas.states.starts import Starts, relaxed
 
-A = 0.625
+BAND = LinearLaw(0.625)
 COUNT = 2000
 SETTINGS = {
     "15 deg, 0.2": Ends(15.0, 0.5, 0.2), "30 deg, 0.625": Ends(30.0, 0.5, 0.625), "45 deg, 0.8": Ends(45.0, 0.5, 0.8),
@@ -37,18 +38,18 @@ def kernel(ends, perturbation=1.02):
         (mean), ``error_of_force`` (relative, against four times the steps; median and largest), ``largest_force``.
     """
     begin = time.process_time()
-    starts = relaxed(ends, A, 1, range(COUNT), partly=False)
+    starts = relaxed(ends, BAND, 1, range(COUNT), partly=False)
     relaxing = time.process_time() - begin
-    known = shoot(starts, A)
+    known = shoot(starts, BAND)
     good = np.flatnonzero(known.converged & (known.segments == np.bincount(known.segments[known.converged]).argmax()))
     segments = int(known.segments[good[0]])
     plan = Plan(np.inf, segments, 5, segments > 8)
     near = Starts(known.poses[good], known.constants[good] * perturbation)
     begin = time.process_time()
-    shots = shoot(near, A, plan=plan)
+    shots = shoot(near, BAND, plan=plan)
     seconds = time.process_time() - begin
     ok = shots.converged
-    fine = shoot(Starts(shots.poses[ok], shots.constants[ok] * perturbation), A, plan=plan._replace(steps=20))
+    fine = shoot(Starts(shots.poses[ok], shots.constants[ok] * perturbation), BAND, plan=plan._replace(steps=20))
     both = fine.converged & (abs(fine.energy - shots.energy[ok]) < 1e-3 * fine.energy)
     force = np.linalg.norm(fine.constants[both, :3], axis=1)
     error = np.linalg.norm((fine.constants - shots.constants[ok])[both, :3], axis=1) / force

@@ -35,7 +35,7 @@ def test_the_ends_are_one_minus_the_compression_apart(compression):
         assert (thrust, height) == pytest.approx((53.274112596, 0.373306427), abs=1e-8)
     u = RodState(planar_states(0.625, 0.0, compression)[0]["U"])
     assert u.position[-1] == pytest.approx((1.0 - compression, 0.0, 0.0), abs=1e-9)
-    assert -u.force[0, 2] / 0.625 == pytest.approx(thrust, rel=1e-7)
+    assert -u.tension[0] / 0.625 == pytest.approx(thrust, rel=1e-7)
     assert np.max(u.solution(0.5, "y")) == pytest.approx(height, abs=1e-8)
     misprinted = clamped_elastica(compression)[0]
     assert (abs(misprinted / thrust - 1) < 1e-9) == (compression == 0.5)

@@ -11,7 +11,7 @@ from rodatlas.atlas.slices.follow import trace_options
 from rodatlas.atlas.slices.search import Search, search_at, searched_shears
 from rodatlas.atlas.slices.segments import stable_segments
 from rodatlas.continuation import trace
-from rodatlas.rods import is_symmetric, rod_problem, second_variation_index
+from rodatlas.rods import RodState, is_symmetric, rod_problem, second_variation_index
 from rodatlas.states import OTHER, name_parts
 from rodatlas.states.labels import parse_label
 
@@ -93,10 +93,8 @@ def test_a_stable_state_without_a_name_of_the_paper():
     segments = stable_segments(Followed("found", branch, True), None)
     (found,) = [s for s in segments if s.low.kind == s.high.kind == "fold"]
     assert (found.low.solution["dD"], found.high.solution["dD"]) == pytest.approx((0.2392, 0.3712), abs=1e-4)
-    s = np.linspace(0.0, 1.0, 401)
-    u = state(s)
-    strain = np.column_stack([u[:, 4], np.zeros(len(s)), u[:, 5]])
-    assert second_variation_index(s, u[:, 6:10], u[:, 10:], strain, state["a"]).index == 0
+    rod = RodState(state).at(np.linspace(0.0, 1.0, 401))
+    assert second_variation_index(rod.s, rod.quaternion, rod.position, rod.strain, rod.law).index == 0
     assert [part.name for part in name_parts(found.solutions, symmetric=True)] == [OTHER]
     with pytest.raises(ValueError, match="state: expected one of U, US"):
         parse_label(OTHER)

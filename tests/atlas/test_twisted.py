@@ -43,10 +43,8 @@ def loops(states):
 
 def second_variation(state):
     """The independent count of the index, by the discretized energy."""
-    s = np.linspace(0.0, 1.0, 201)
-    u = state(s)
-    strain = np.column_stack([u[:, 4], np.zeros(len(s)), u[:, 5]])
-    return second_variation_index(s, u[:, 6:10], u[:, 10:], strain, state["a"])
+    rod = RodState(state).at(np.linspace(0.0, 1.0, 201))
+    return second_variation_index(rod.s, rod.quaternion, rod.position, rod.strain, rod.law)
 
 
 def test_energies_and_stability(states):

@@ -30,8 +30,8 @@ def files(slice_15, tmp_path_factory):
     (folder / "damaged.h5").write_bytes((folder / "u.h5").read_bytes()[:3000])
     (folder / "text.h5").write_text("hello")
     rod = RodState(slice_15.state("US+-", 0.5).solutions[3])
-    state = {"name": "US+", "class": "+", "energy": rod.energy, "N0": rod.force[0].tolist(),
-             "M0": rod.moment[0].tolist(), "inflections": rod.inflections}  # fmt: skip
+    state = {"name": "US+", "class": "+", "energy": rod.energy, "N0": rod.force_body[0].tolist(),
+             "M0": rod.moment_body[0].tolist(), "inflections": rod.inflections}  # fmt: skip
     setting = {"angle_deg": 15.0, "compression": 0.5, "shear": rod.solution["dD"]}
     table = {"schema": "rodatlas/states/1", **setting, "states": [state, state | {"name": None}]}
     (folder / "states.json").write_text(json.dumps(table))
@@ -107,7 +107,7 @@ def test_shapes_of_found_states(capsys, files, slice_15, tmp_path):
         ("states.json", ["--format", "vtp", "--state", "TU+"], "state: expected one of US+, +2, got 'TU+'"),
         ("states.json", ["--format", "vtp", "--shear", "0"], "shear: expected a shear only for the states of a slice"),
         ("wrong.json", ["--format", "vtp"], "state: expected N0, M0 of a state at angle 15 and shear 0.1 with energy"),
-        ("plain.h5", ["--format", "vtp"], "file: expected the solution of a rod, got one without k1, q0, q1"),
+        ("plain.h5", ["--format", "vtp"], "file: expected the solution of a rod, got one without N1, N2, N3"),
         ("u.h5", ["--format", "obj"], "format: expected one of csv, vtp, glb, stl, got 'obj'"),
         ("u.h5", ["--format", "stl"], "band: expected LENGTHxWIDTHxTHICKNESS in mm for STL"),
         ("u.h5", ["--format", "vtp", "--band", "240x30"], "band: expected LENGTHxWIDTHxTHICKNESS in mm such as"),

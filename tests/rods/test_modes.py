@@ -6,6 +6,7 @@ import pytest
 from rodatlas.continuation import StepControl, TraceOptions, switch, trace
 from rodatlas.rods import (
     Ends,
+    RodState,
     critical_mode,
     critical_modes,
     index_of,
@@ -34,10 +35,8 @@ def planar():
 
 
 def second_variation(state):
-    s = np.linspace(0.0, 1.0, 401)
-    u = state(s)
-    strain = np.column_stack([u[:, 4], np.zeros(len(s)), u[:, 5]])
-    return second_variation_index(s, u[:, 6:10], u[:, 10:], strain, state["a"], segments=200)
+    rod = RodState(state).at(np.linspace(0.0, 1.0, 401))
+    return second_variation_index(rod.s, rod.quaternion, rod.position, rod.strain, rod.law, segments=200)
 
 
 def test_eigenvalues_are_those_of_the_discretized_energy(planar, sheared):

@@ -10,6 +10,7 @@ import pytest
 from rod_shooting import Equilibrium, clamp, directors, follow_shear, spin, symmetric_band
 
 from rodatlas.rods.conjugate_points import index_nodes, morse_index
+from rodatlas.rods.law import LinearLaw
 from rodatlas.rods.second_variation import second_variation_index
 
 A = 0.625
@@ -28,9 +29,10 @@ def by_conjugate_points(state, intervals=50, per_interval=1):
 def by_second_variation(state, segments=64, **options):
     s = np.linspace(0.0, 1.0, 101)
     quaternion, position, force, _, strain = state.fields(s)
-    stiffness = state.compliance[1, 1] and 1 / state.compliance[1, 1]
+    c1, c2, _ = np.diag(state.compliance)
+    law = LinearLaw(1 / c1, c2)
     return second_variation_index(
-        s, quaternion, position, strain, 1 / state.compliance[0, 0], stiffness or None,
+        s, quaternion, position, strain, law,
         force=force[0], load=state.load, segments=segments, **options,
     )  # fmt: skip
 
@@ -376,11 +378,11 @@ def test_wrong_input_is_refused(u_branch):
     with pytest.raises(ValueError, match="per_interval"):
         index_nodes([0.0, 1.0], 0)
     with pytest.raises(ValueError, match="segments"):
-        second_variation_index(np.linspace(0, 1, 30), q, x, strain, A, segments=10)
+        second_variation_index(np.linspace(0, 1, 30), q, x, strain, LinearLaw(A), segments=10)
     with pytest.raises(ValueError, match="s: expected an increasing"):
-        second_variation_index(s, q, x, strain, A)
+        second_variation_index(s, q, x, strain, LinearLaw(A))
     with pytest.raises(ValueError, match="quaternion"):
-        second_variation_index(np.linspace(0, 1, 30), q[:, :3], x, strain, A)
+        second_variation_index(np.linspace(0, 1, 30), q[:, :3], x, strain, LinearLaw(A))
 
 
 def test_quaternion_rate_of_the_helper():

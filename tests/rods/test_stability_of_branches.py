@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from rodatlas.atlas import SliceSettings, compute_slice
-from rodatlas.rods import index_of
+from rodatlas.rods import RodState, index_of
 from rodatlas.rods.second_variation import second_variation_index
 
 
@@ -22,9 +22,9 @@ def test_conjugate_points_and_second_variation_agree(angle, every):
     s = np.linspace(0.0, 1.0, 201)
     checked, skipped, indices = 0, 0, set()
     for ident, solution in sample(found, every):
-        u = solution(s)
+        rod = RodState(solution).at(s)
         one = index_of(solution)
-        two = second_variation_index(s, u[:, 6:10], u[:, 10:13], u[:, [4, 4, 5]] * [1.0, 0.0, 1.0], solution["a"])
+        two = second_variation_index(s, rod.quaternion, rod.position, rod.strain, rod.law)
         if not (one.trusted and two.trusted) or one.margin < 0.02:
             skipped += 1  # next to a fold or pitchfork the discretized energy has its own critical shear
             continue

@@ -16,6 +16,7 @@ from rodatlas.atlas.slices.pick import pick_state
 from rodatlas.atlas.slices.result import Slice
 from rodatlas.continuation import Solution
 from rodatlas.rods.ends import Ends
+from rodatlas.rods.perfectly_anisotropic import FULL
 from rodatlas.states.discover import Discovery
 from rodatlas.states.labels import labels
 from rodatlas.states.rebuild import rebuilt
@@ -27,7 +28,6 @@ STATES = "rodatlas/states/1"
 SETTING = ("angle_deg", "compression", "shear", "poisson")
 NUMBERS: dict[str, tuple[int, ...]] = {"N0": (3,), "M0": (3,), "energy": ()}  # of each state, and how many
 MOST = 1e9  # size of any of them: a slip of the pen
-SHAPE = frozenset({"q0", "q1", "q2", "q3", "x", "y", "z", "k1", "tau"})
 
 
 @dataclass(frozen=True)
@@ -139,8 +139,8 @@ def shapes_of(result: Result | StatesTable, state: str = "", shear: float | None
         raise ValueError(f"state: expected a name only for a slice or a search for states, got '{state}'")
     if not isinstance(result, Solution):
         raise ValueError(f"file: expected a solution, a slice or found states for shapes, got {result!r}")
-    if missing := SHAPE - set(result.unknowns):
-        raise ValueError(f"file: expected the solution of a rod, got one without {', '.join(sorted(missing))}")
+    if missing := FULL.missing(result):
+        raise ValueError(f"file: expected the solution of a rod, got one without {', '.join(missing)}")
     return {"": result}
 
 

@@ -126,8 +126,8 @@ def _table(name: str, solution: Solution, source: str) -> Table:
         ("state", f"{name} (from a {source})"),
         ("height int y ds", f"{rod.height:.9f} L"),
         ("energy", f"{rod.energy:.9f} GJ/L = {bending:.6f} bending + {twist:.6f} twist"),
-        ("N(0), body", " ".join(f"{x:.8f}" for x in rod.force[0]) + " GJ/L^2"),
-        ("M(0), body", " ".join(f"{x:.8f}" for x in rod.moment[0]) + " GJ/L"),
+        ("N(0), body", " ".join(f"{x:.8f}" for x in rod.force_body[0]) + " GJ/L^2"),
+        ("M(0), body", " ".join(f"{x:.8f}" for x in rod.moment_body[0]) + " GJ/L"),
         ("Morse index", f"{index.index} ({'stable' if index.index == 0 else 'unstable'}; distance to singular "
                         f"{index.margin:.2e}){'' if index.trusted else ' not trusted: ' + index.reason}"),
         ("reversal-symmetric", "yes" if rod.symmetric else "no"),

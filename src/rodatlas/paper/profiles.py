@@ -61,18 +61,28 @@ def numbers_of(states: dict[str, Solution]) -> tuple[Number, ...]:
 
 def tension_range(solution: Solution) -> tuple[float, float]:
     """Least and largest N3 along the band [GJ/L^2]."""
-    tension = solution(np.linspace(0.0, 1.0, 2001), "N3")
+    from rodatlas.rods import RodState
+
+    tension = RodState(solution).at(np.linspace(0.0, 1.0, 2001)).tension
     return float(tension.min()), float(tension.max())
 
 
 def share_near_clamps(solution: Solution) -> float:
     """Part of the energy that is stored in the first and the last quarter of the length."""
-    from rodatlas.plot.profiles import energy_density
+    from rodatlas.rods import RodState
 
     s = np.linspace(0.0, 1.0, 4001)
-    density = energy_density(solution, s)
+    density = RodState(solution).at(s).energy_density
     outer = (s <= NEAR_CLAMPS) | (s >= 1.0 - NEAR_CLAMPS)
     return float(density[outer].sum() / density.sum())
+
+
+def _tense_in_the_middle(solution: Solution) -> bool:
+    """Whether the band is compressed at both ends and in tension between them."""
+    from rodatlas.rods import RodState
+
+    left, middle, right = RodState(solution).at(np.array([0.0, 0.5, 1.0])).tension
+    return bool(middle > 0 > max(left, right))
 
 
 def remarks_on(states: dict[str, Solution]) -> tuple[str, ...]:
@@ -83,7 +93,7 @@ def remarks_on(states: dict[str, Solution]) -> tuple[str, ...]:
         remarks.append(f"Every state stores more near the clamps: {min(shares):.0%} or more in the outer half.")
     tensile = [name for name, s in states.items() if tension_range(s)[0] > 0]
     remarks.append(f"In tension all along: {', '.join(tensile) or 'none'}.")
-    middle = [name for name, s in states.items() if s(0.5, "N3")[0] > 0 > max(s(0.0, "N3")[0], s(1.0, "N3")[0])]
+    middle = [name for name, s in states.items() if _tense_in_the_middle(s)]
     if middle:
         remarks.append(f"Compressed near the ends and in tension in the middle: {', '.join(middle)}.")
     return tuple(remarks)

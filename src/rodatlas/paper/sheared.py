@@ -74,7 +74,7 @@ def numbers_of(where: float) -> tuple[Number, ...]:
         Number(f"height {at}", first.height, "L", "U-height-45"),
         Number(f"energy {at}", first.energy, "GJ/L", "U-energy-45"),
     ]
-    numbers += [Number(f"M{k + 1}(0) {at}", float(first.moment[0, k]), "GJ/L", f"U-M{k + 1}-45") for k in range(3)]
-    numbers += [Number(f"N{k + 1}(0) {at}", float(first.force[0, k]), "GJ/L²", f"U-N{k + 1}-45") for k in range(3)]
+    numbers += [Number(f"M{k + 1}(0) {at}", float(first.moment_body[0, k]), "GJ/L", f"U-M{k + 1}-45") for k in range(3)]
+    numbers += [Number(f"N{k + 1}(0) {at}", float(first.force_body[0, k]), "GJ/L²", f"U-N{k + 1}-45") for k in range(3)]
     numbers += [Number(f"k1(1/2) at shear {s:g}", middle_curvature(state_at_shear(s)), "1/L") for s in SHEARS]
     return tuple(numbers)

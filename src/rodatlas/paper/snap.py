@@ -98,8 +98,11 @@ def parts_of(state: Solution) -> tuple[float, float]:
 
 def bending_near_end(state: Solution) -> float:
     """Bending energy of the last part of the length [GJ/L]."""
-    s = np.linspace(1.0 - END, 1.0, 2001)
-    return float(np.trapezoid(0.5 * state["a"] * state(s, "k1") ** 2, s))
+    from rodatlas.rods import RodState
+
+    last = RodState(state).at(np.linspace(1.0 - END, 1.0, 2001))
+    bending, _ = last.energy_density_parts
+    return float(np.trapezoid(bending, last.s))
 
 
 def remarks_on(jump: Jump) -> tuple[str, ...]:

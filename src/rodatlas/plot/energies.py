@@ -11,6 +11,7 @@ from rodatlas.plot.heading import ARCLENGTH_LABEL, setting_of
 from rodatlas.plot.profiles import SAMPLES
 from rodatlas.plot.render import draw_triad, render_band
 from rodatlas.plot.style import FAINT, TWO_COLUMN, color_of, label_of, new_figure, styled
+from rodatlas.rods.state import RodState
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -42,7 +43,7 @@ def draw_energies(states: Mapping[str, Solution], roles: tuple[str, str] = ("bef
         panels = [fig.add_axes((0.082 + 0.31 * k, 0.125, 0.288, 0.495)) for k in range(3)]
         highest = 0.0
         for (name, solution), line, role in zip(states.items(), LINES, roles, strict=True):
-            bending, twist = solution["a"] * solution(s, "k1") ** 2, solution(s, "tau") ** 2
+            bending, twist = (2.0 * part for part in RodState(solution).at(s).energy_density_parts)
             highest = max(highest, float((bending + twist).max()))
             for ax, values in zip(panels, (bending, twist, bending + twist), strict=True):
                 label = f"{label_of(name)}, {role}"

@@ -13,6 +13,7 @@ from rodatlas.plot.overlaps import draw_coinciding
 from rodatlas.plot.style import FAINT, TWO_COLUMN, base_name, color_of, label_of, new_figure, styled
 from rodatlas.rods.band import NARROW
 from rodatlas.rods.contact import self_contact
+from rodatlas.rods.state import RodState
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -26,16 +27,11 @@ NOTE_SIZE = 7.0
 LEAST_SPAN = 1e-3  # of an axis: a planar band has no twist, and round-off is not shown as one
 
 
-def energy_density(solution: Solution, s: np.ndarray) -> np.ndarray:
-    r"""Twice the energy density, :math:`a\kappa_1^2 + \tau^2` [GJ/L^2], as the paper plots it."""
-    return solution["a"] * solution(s, "k1") ** 2 + solution(s, "tau") ** 2
-
-
-PANELS: tuple[tuple[str, Callable[[Solution, np.ndarray], np.ndarray]], ...] = (
-    (CURVATURE_LABEL, lambda solution, s: solution(s, "k1")),
-    (TWIST_LABEL, lambda solution, s: solution(s, "tau")),
-    (r"tension $N_3$  ($GJ/L^2$)", lambda solution, s: solution(s, "N3")),
-    (r"energy density $a\kappa_1^2+\tau^2$  ($GJ/L^2$)", energy_density),
+PANELS: tuple[tuple[str, Callable[[RodState], np.ndarray]], ...] = (
+    (CURVATURE_LABEL, lambda state: state.k1),
+    (TWIST_LABEL, lambda state: state.tau),
+    (r"tension $N_3$  ($GJ/L^2$)", lambda state: state.tension),
+    (r"energy density $a\kappa_1^2+\tau^2$  ($GJ/L^2$)", lambda state: 2 * state.energy_density),  # as in the paper
 )
 
 
@@ -55,12 +51,13 @@ def draw_profiles(states: Mapping[str, Solution]) -> Figure:
     if not states:
         raise ValueError("states: expected at least one solution, got none")
     s = np.linspace(0.0, 1.0, SAMPLES)
+    sampled = {name: RodState(x).at(s) for name, x in states.items()}
     with styled():
         fig = new_figure(TWO_COLUMN, HEIGHT)
         panels = fig.subplots(2, 2, sharex=True)
         fig.subplots_adjust(left=0.077, right=0.988, bottom=0.118, top=0.905, wspace=0.2, hspace=0.1)
         for letter, ax, (title, field) in zip("abcd", panels.ravel(), PANELS, strict=True):
-            _draw_panel({name: field(x, s) for name, x in states.items()}, s, letter, title, ax)
+            _draw_panel({name: field(x) for name, x in sampled.items()}, s, letter, title, ax)
         for ax in panels[1]:
             ax.set_xlabel(ARCLENGTH_LABEL)
         fig.align_ylabels(panels[:, 0])

@@ -13,6 +13,7 @@ from rodatlas.plot.panel import NAME_SIZE
 from rodatlas.plot.profiles import SAMPLES
 from rodatlas.plot.render import draw_triad, render_band
 from rodatlas.plot.style import FAINT, TWO_COLUMN, new_figure, styled
+from rodatlas.rods.state import RodState
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -40,12 +41,13 @@ def draw_sequence(states: Sequence[Solution], parameter: str) -> Figure:
     with styled():
         fig = new_figure(TWO_COLUMN, INCHES)
         panels = [fig.add_axes((0.078 + 0.497 * k, 0.108, 0.412, 0.49)) for k in range(2)]
-        fields = (("k1", CURVATURE_LABEL), ("tau", TWIST_LABEL))
-        for letter, ax, (name, title) in zip("ab", panels, fields, strict=True):
+        sampled = [RodState(state).at(s) for state in states]
+        fields = (([x.k1 for x in sampled], CURVATURE_LABEL), ([x.tau for x in sampled], TWIST_LABEL))
+        for letter, ax, (curves, title) in zip("ab", panels, fields, strict=True):
             ax.axhline(0.0, color=FAINT, lw=0.5, zorder=0.5)
             lines = [
-                ax.plot(s, state(s, name), color=color, lw=1.3, gid=f"{state[parameter]:g}")[0]
-                for color, state in zip(SEQUENCE, states, strict=False)
+                ax.plot(s, values, color=color, lw=1.3, gid=f"{state[parameter]:g}")[0]
+                for color, state, values in zip(SEQUENCE, states, curves, strict=False)
             ]
             ax.set_xlim(0.0, 1.0)
             draw_coinciding(lines, ax)

@@ -10,6 +10,7 @@ from rodatlas.plot.panel import NAME_SIZE
 from rodatlas.plot.render import DEFAULT_VIEW, View, draw_triad, render_band
 from rodatlas.plot.style import INK, TWO_COLUMN, color_of, label_of, new_figure, styled
 from rodatlas.plot.surface import band_surface
+from rodatlas.rods.state import RodState
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -71,11 +72,11 @@ def _line(points: list[np.ndarray], view: View, ax: Axes, **style: Any) -> None:
 
 def _draw_lengths(solution: Solution, view: View, ax: Axes) -> None:
     """The distance of the clamps along x and their shear along z, as two sides of a triangle below the clamps."""
-    compression, shear = solution["dL"], solution["dD"]
     lowest = float(band_surface(solution, WIDTH).vertices[..., 1].min())
     down = np.array([0.0, min(lowest, 0.0) - 0.15, 0.0])
-    left, right = np.array([0.0, 0.0, -shear]), np.array([1.0 - compression, 0.0, 0.0])
-    corner = np.array([1.0 - compression, 0.0, -shear])
+    clamps = RodState(solution).clamps
+    left, right = np.array(clamps.left.position), np.array(clamps.right.position)
+    corner = np.array([*right[:2], left[2]])
     for end in (left, right):
         _line([end + 0.1 * down, end + 1.15 * down], view, ax, lw=0.4, ls=(0, (2.0, 2.0)))
     sides = ((left, corner, r"$L-\Delta L$", (9.0, -5.0)), (corner, right, r"$\Delta D$", (-9.0, -5.0)))
@@ -99,12 +100,13 @@ def _draw_angle(solution: Solution, view: View, end: int, ax: Axes) -> None:
     """The clamp angle between the direction of x and the tangent, in the plane of x and y."""
     from matplotlib.patheffects import withStroke
 
-    angle = solution["psi0"] if end == 0 else -solution["psi0"]
-    outward = 1.0 if end == 0 else -1.0
-    place = np.array([0.0, 0.0, -solution["dD"]]) if end == 0 else np.array([1.0 - solution["dL"], 0.0, 0.0])
+    clamps = RodState(solution).clamps
+    pose, outward = (clamps.left, 1.0) if end == 0 else (clamps.right, -1.0)
+    place, tangent = np.array(pose.position), pose.directors[2]
+    angle = np.arctan2(tangent[1], tangent[0])
     turns = np.linspace(0.0, angle, 30)
     _line([place, place + outward * BASE * np.array([1.0, 0.0, 0.0])], view, ax, ls=(0, (4.0, 2.0)))
-    _line([place, place + outward * BASE * np.array([np.cos(angle), np.sin(angle), 0.0])], view, ax)
+    _line([place, place + outward * BASE * tangent], view, ax)
     _line([place + outward * RADIUS * np.array([np.cos(t), np.sin(t), 0.0]) for t in turns], view, ax)
     middle = view.project(place + outward * 1.5 * RADIUS * np.array([np.cos(angle / 2), np.sin(angle / 2), 0.0]))[:2]
     halo = [withStroke(linewidth=2.5, foreground="white")]

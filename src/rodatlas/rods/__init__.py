@@ -3,10 +3,13 @@
 from rodatlas.rods.band import NARROW, Band, bending_ratio, limiting_shear
 from rodatlas.rods.conjugate_points import IndexResult, index_nodes, morse_index
 from rodatlas.rods.contact import Contact, self_contact
+from rodatlas.rods.elastic import anisotropic_rod, elastic_rod
 from rodatlas.rods.ends import Ends
+from rodatlas.rods.law import LinearLaw
 from rodatlas.rods.modes import Mode, critical_mode, critical_modes
 from rodatlas.rods.perfectly_anisotropic import from_reduced, reduced_problem, rod_problem, to_reduced
 from rodatlas.rods.planar import planar_states
+from rodatlas.rods.poses import Clamps, Pose
 from rodatlas.rods.reach import state_at
 from rodatlas.rods.second_variation import SecondVariationResult, second_variation_index
 from rodatlas.rods.stability import index_of
@@ -27,9 +30,10 @@ from rodatlas.rods.units import BandUnits, ClampErrors
 from rodatlas.rods.width import width_effect
 
 __all__ = [
-    "NARROW", "Band", "BandUnits", "ClampErrors", "Contact", "Ends", "IndexResult", "Mode", "RodState",
-    "SecondVariationResult", "asymmetry", "bending_ratio", "critical_mode", "critical_modes", "from_reduced",
-    "half_twist", "index_nodes", "index_of", "is_symmetric", "is_twisted", "limiting_shear", "mirror_angle",
-    "mirror_shear", "morse_index", "pair_member", "planar_states", "plus_member", "reduced_problem", "reverse",
-    "rod_problem", "second_variation_index", "self_contact", "state_at", "to_reduced", "twisted_states", "width_effect",
+    "NARROW", "Band", "BandUnits", "ClampErrors", "Clamps", "Contact", "Ends", "IndexResult", "LinearLaw", "Mode",
+    "Pose", "RodState", "SecondVariationResult", "anisotropic_rod", "asymmetry", "bending_ratio", "critical_mode",
+    "critical_modes", "elastic_rod", "from_reduced", "half_twist", "index_nodes", "index_of", "is_symmetric",
+    "is_twisted", "limiting_shear", "mirror_angle", "mirror_shear", "morse_index", "pair_member", "planar_states",
+    "plus_member", "reduced_problem", "reverse", "rod_problem", "second_variation_index", "self_contact", "state_at",
+    "to_reduced", "twisted_states", "width_effect",
 ]  # fmt: skip

@@ -1,5 +1,8 @@
 """Compiled core of `rodatlas.states.shooting`: condensed multiple shooting for the reduced clamped band.
 
+Of the perfectly anisotropic rod only: k2 = 0, and the compliance of (k1, k2, tau) is diag(softness, 0, 1). The softness
+1/a comes from :func:`rodatlas.rods.law.softness_of_band`, which refuses other laws.
+
 The band is (q, X) with constant space force n and moment m(0), as in
 :func:`rodatlas.rods.perfectly_anisotropic.reduced_problem`. A perturbation is a rotation phi and a displacement xi of
 the cross-section, both in space components, and obeys, with r = X - X(0) and m = m(0) - r x n::

@@ -13,8 +13,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from rodatlas.rods.band import NARROW, check_between
-from rodatlas.rods.kinematics import ribbon
-from rodatlas.rods.perfectly_anisotropic import REDUCED_UNKNOWNS, check_rod
+from rodatlas.rods.formulation import by_name, check_names
+from rodatlas.rods.kinematics import POSE, pose_of, ribbon
 
 if TYPE_CHECKING:
     from rodatlas.continuation import Solution
@@ -65,7 +65,7 @@ def self_contact(solution: Solution, width: float = NARROW, sections: int = SECT
     ValueError
         when the width is not between 0 and 10, or there are fewer than three sections.
     """
-    check_rod(solution, REDUCED_UNKNOWNS)
+    check_names(solution, POSE)
     width = check_between("width", width, 0.0, 10.0, "the width over the length, between 0 and 10")
     if sections < 3:
         raise ValueError(f"sections: expected at least 3, got {sections}")
@@ -76,7 +76,7 @@ def self_contact(solution: Solution, width: float = NARROW, sections: int = SECT
 
 def sections_of(solution: Solution, count: int) -> np.ndarray:
     """(count,) arclengths of cross-sections, denser where the band bends or twists more; the mesh tells where."""
-    q = solution.values[:, [solution.unknowns.index(f"q{i}") for i in range(4)]]
+    q, _ = pose_of(by_name(solution.unknowns, solution.values))
     q = q / np.linalg.norm(q, axis=1, keepdims=True)
     turns = 2.0 * np.arccos(np.minimum(np.abs(np.einsum("na,na->n", q[1:], q[:-1])), 1.0))
     weight = solution.mesh + np.concatenate([[0.0], np.cumsum(turns)]) / TURN

@@ -6,6 +6,7 @@ import math
 from dataclasses import dataclass
 
 from rodatlas.rods.band import check_between, check_compression, check_number, limiting_shear
+from rodatlas.rods.poses import Clamps
 
 ENDS = "Ends such as Ends(15.0)"  # what errors say of arguments that are none
 
@@ -28,11 +29,21 @@ class Ends:
     def __post_init__(self) -> None:
         check_number("angle", self.angle_deg, -180.0, 180.0, "degrees between -180 and 180")
         check_compression(self.compression)
-        limit = limiting_shear(self.compression)
-        what = f"a number of size below {limit:.6f}, the limit for compression {self.compression:g}"
-        check_between("shear", self.shear, -limit, limit, what)
+        check_shear(self.shear, self.compression)
 
     @property
     def angle(self) -> float:
         """psi0 in radians."""
         return math.radians(self.angle_deg)
+
+    @property
+    def clamps(self) -> Clamps:
+        """The poses of both ends."""
+        return Clamps.symmetric(self.angle, self.compression, self.shear)
+
+
+def check_shear(shear: object, compression: float) -> None:
+    """Raise ValueError unless a shear is within the limit at a compression."""
+    limit = limiting_shear(compression)
+    what = f"a number of size below {limit:.6f}, the limit for compression {compression:g}"
+    check_between("shear", shear, -limit, limit, what)

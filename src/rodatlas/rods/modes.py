@@ -26,8 +26,10 @@ from rodatlas.continuation import Solution
 from rodatlas.continuation.linear.gauss import gauss_scheme
 from rodatlas.continuation.symmetric.isotropy import isotropy
 from rodatlas.rods.conjugate_points import jacobi_coefficients
+from rodatlas.rods.formulation import Sections, parameters_of
 from rodatlas.rods.kinematics import directors
-from rodatlas.rods.perfectly_anisotropic import check_rod, rod_problem
+from rodatlas.rods.perfectly_anisotropic import FULL, check_rod, rod_problem
+from rodatlas.rods.state import RodState
 
 Array = npt.NDArray[np.float64]
 
@@ -80,11 +82,10 @@ class Mode:
         ----------
         amplitude : largest displacement, in units of the length.
         """
-        a = self.solution["a"]
-        values = _moved(self.solution.values, self._body.mesh * amplitude, a)
-        count = self.solution.stages.shape[-1]
-        flat = _moved(self.solution.stages.reshape(-1, count), self._body.stage.reshape(-1, 12) * amplitude, a)
-        return replace(self.solution, values=values, stages=flat.reshape(self.solution.stages.shape))
+        solution, count = self.solution, self.solution.stages.shape[-1]
+        values = _moved(solution, solution.values, self._body.mesh * amplitude)
+        flat = _moved(solution, solution.stages.reshape(-1, count), self._body.stage.reshape(-1, 12) * amplitude)
+        return replace(solution, values=values, stages=flat.reshape(solution.stages.shape))
 
 
 class _Fields(NamedTuple):
@@ -167,14 +168,11 @@ class _Inverse:
 def _rates(solution: Solution) -> Array:
     """Matrices (N, m, 12, 12) of the linear equations at the Gauss points."""
     shape = solution.stages.shape[:2]
-    n1, n2, n3, m2, k1, tau = np.moveaxis(solution.stages[..., :6].reshape(-1, 6), -1, 0)
-    a, zero = solution["a"], np.zeros_like(k1)
-    force, strain = np.column_stack([n1, n2, n3]), np.column_stack([k1, zero, tau])
-    moment = np.column_stack([a * k1, m2, tau])
-    compliance = np.broadcast_to(np.diag([1.0 / a, 0.0, 1.0]), (len(k1), 3, 3))
-    rotation, spin = jacobi_coefficients(force, moment, strain, compliance)
+    state = RodState(solution).at_gauss_points()
+    force, moment, strain = (x.reshape(-1, 3) for x in (state.force_body, state.moment_body, state.strain))
+    rotation, spin = jacobi_coefficients(force, moment, strain, state.compliance.reshape(-1, 3, 3))
     e3 = np.array([[0.0, -1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 0.0]])
-    rates = np.zeros((len(k1), 12, 12))
+    rates = np.zeros((len(spin), 12, 12))
     rates[:, :6, :6] = rotation
     rates[:, FORCE, FORCE] = rates[:, SHIFT, SHIFT] = spin
     rates[:, MOMENT, FORCE] = rates[:, SHIFT, TURN] = -e3
@@ -221,7 +219,7 @@ def _subspace(inverse: _Inverse, solution: Solution, count: int) -> tuple[Array,
 
 def _mode(solution: Solution, mu: float, fields: _Fields, own: tuple[str, ...]) -> Mode:
     """The mode of given fields, scaled and read in space."""
-    frame = np.stack(directors(solution.values[:, 6:10]), axis=1)
+    frame = RodState(solution).directors
     displacement = np.einsum("kd,kda->ka", fields.mesh[:, SHIFT], frame)
     rotation = np.einsum("kd,kda->ka", fields.mesh[:, TURN], frame)
     largest = displacement[np.argmax(np.linalg.norm(displacement, axis=1))]
@@ -241,19 +239,16 @@ def _kept(name: str, s: Array, rotation: Array, displacement: Array) -> bool:
     return bool(np.abs(image - fields).max() < SYMMETRIC * np.abs(fields).max())
 
 
-def _moved(values: Array, change: Array, a: float) -> Array:
-    """Unknowns (K, 13) changed along the fields (K, 12): dN = eta + N x theta, dM = p + M x theta / 2."""
-    n1, n2, n3, m2, k1, tau = values[:, :6].T
-    turn = change[:, TURN]
-    force = np.column_stack([n1, n2, n3])
-    moment = np.column_stack([a * k1, m2, tau])
-    force = force + change[:, FORCE] + np.cross(force, turn)
-    moment = moment + change[:, MOMENT] + 0.5 * np.cross(moment, turn)
-    frame = np.stack(directors(values[:, 6:10]), axis=1)
-    position = values[:, 10:] + np.einsum("kd,kda->ka", change[:, SHIFT], frame)
-    quaternion = _turned(values[:, 6:10], turn)
-    strain = [moment[:, 1], moment[:, 0] / a, moment[:, 2]]
-    return np.column_stack([force, *strain, quaternion, position])
+def _moved(solution: Solution, values: Array, change: Array) -> Array:
+    """Unknowns (K, n) changed along the fields (K, 12): dN = eta + N x theta, dM = p + M x theta / 2."""
+    old, turn = FULL.sections(solution, values), change[:, TURN]
+    force = old.force + change[:, FORCE] + np.cross(old.force, turn)
+    moment = old.moment + change[:, MOMENT] + 0.5 * np.cross(old.moment, turn)
+    frame = np.stack(directors(old.quaternion), axis=1)
+    position = old.position + np.einsum("kd,kda->ka", change[:, SHIFT], frame)
+    parameters = parameters_of(solution)
+    new = Sections.loaded(FULL.law(parameters), force, moment, _turned(old.quaternion, turn), position)
+    return FULL.values(new, parameters)
 
 
 def _turned(q: Array, turn: Array) -> Array:

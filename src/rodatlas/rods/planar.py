@@ -24,7 +24,9 @@ from rodatlas.continuation import (
     trace,
 )
 from rodatlas.rods.band import check_setting
-from rodatlas.rods.perfectly_anisotropic import rod_problem
+from rodatlas.rods.formulation import Sections
+from rodatlas.rods.law import LinearLaw
+from rodatlas.rods.perfectly_anisotropic import FULL, rod_problem
 from rodatlas.rods.symmetry import mirror_angle
 
 PLANAR = ("U", "W", "third mode")
@@ -32,18 +34,17 @@ PLANAR = ("U", "W", "third mode")
 
 def circle(a: float) -> Solution:
     r"""The closed circle: N = 0, k1 = 2 pi, q = (sin, -cos, sin, cos)(pi s)/sqrt 2; the start of everything."""
-    bvp = rod_problem()
+    parameters = {**rod_problem().parameters, "a": a, "psi0": math.pi, "dL": 1.0}
 
     def fields(s: np.ndarray) -> np.ndarray:
-        out = np.zeros((len(s), bvp.size))
-        t = math.pi * s
-        out[:, 4] = 2 * math.pi
-        out[:, 6:10] = np.column_stack([np.sin(t), -np.cos(t), np.sin(t), np.cos(t)]) / math.sqrt(2)
-        out[:, 10] = -np.sin(2 * t) / (2 * math.pi)
-        out[:, 11] = (1 - np.cos(2 * t)) / (2 * math.pi)
-        return out
+        t, nothing = math.pi * s, np.zeros((len(s), 3))
+        q = np.column_stack([np.sin(t), -np.cos(t), np.sin(t), np.cos(t)]) / math.sqrt(2)
+        center = np.column_stack([-np.sin(2 * t), 1 - np.cos(2 * t), 0 * t]) / (2 * math.pi)
+        moment = np.array(LinearLaw(a).moment((2 * math.pi, 0.0, 0.0), reaction=(0.0, 0.0, 0.0)))
+        circle = Sections.loaded(LinearLaw(a), nothing, nothing + moment, q, center)
+        return FULL.values(circle, parameters)
 
-    return Solution.from_function(fields, bvp.unknowns, {**bvp.parameters, "a": a, "psi0": math.pi, "dL": 1.0})
+    return Solution.from_function(fields, FULL.unknowns, parameters)
 
 
 def planar_states(

@@ -27,7 +27,8 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from rodatlas.continuation.checks import as_array
+from rodatlas.continuation.checks import as_array, check_type
+from rodatlas.rods.law import LinearLaw
 
 Array = npt.NDArray[np.float64]
 
@@ -270,8 +271,7 @@ def second_variation_index(
     quaternion: npt.ArrayLike,
     position: npt.ArrayLike,
     strain: npt.ArrayLike,
-    a: float,
-    b: float | None = None,
+    law: LinearLaw,
     *,
     force: npt.ArrayLike | None = None,
     load: npt.ArrayLike = (0.0, 0.0, 0.0),
@@ -285,8 +285,8 @@ def second_variation_index(
         Increasing, from 0 to 1.
     quaternion, position, strain : array_like, shapes (K, 4), (K, 3), (K, 3)
         The state at `s`; strain = (k1, k2, tau). Of the positions only the ends matter.
-    a, b : float
-        Bending stiffnesses of k1 and k2 [GJ]; None stands for infinite (the perfectly anisotropic rod).
+    law : LinearLaw
+        Stiffnesses of the rod.
     force : array_like, shape (3,), optional
         Body components at s = 0 [GJ/L^2]. Needed for a straight rod only, whose shape does not determine it.
     load : array_like, shape (3,)
@@ -313,7 +313,8 @@ def second_variation_index(
     if segments % 4 or segments < 16:
         raise ValueError(f"segments: expected a multiple of 4, at least 16, got {segments}")
     f = np.asarray(load, np.float64)
-    rod = _Rod(np.array([a, 0.0 if b is None else b, 1.0]), x[-1] - x[0], f, b is None)
+    check_type("law", law, LinearLaw, "a LinearLaw such as LinearLaw(0.625)")
+    rod = _Rod(np.where(law.rigid, 0.0, law.stiffness), x[-1] - x[0], f, law.rigid[1])
     start = np.zeros(3) if force is None else _space_force(q[0], np.asarray(force, np.float64))
     # The multiplier of the chord is -N(1) = f - N(0).
     meshes = (segments // 4, segments // 2, segments)

@@ -25,7 +25,9 @@ import numpy as np
 
 from rodatlas.continuation import Solution
 from rodatlas.continuation.symmetric.isotropy import image
+from rodatlas.rods.formulation import components
 from rodatlas.rods.perfectly_anisotropic import check_rod, rod_problem
+from rodatlas.rods.state import SYMMETRIC, RodState, count_sign_changes
 
 
 def reverse(solution: Solution) -> Solution:
@@ -46,27 +48,22 @@ def mirror_shear(solution: Solution) -> Solution:
     return image(rod_problem(), "shear mirror", solution)
 
 
-def asymmetry(solution: Solution, samples: int = 21) -> float:
+def asymmetry(solution: Solution) -> float:
     """Largest difference of k1 and tau between a solution and its reversal, relative to the largest strain."""
     check_rod(solution)
-    s = np.linspace(0.0, 0.5, samples)
-    columns = [solution.unknowns.index("k1"), solution.unknowns.index("tau")]
-    strains = solution(np.concatenate([s, 1.0 - s]))[:, columns]
-    difference = np.abs(strains[:samples] - strains[samples:]).max()
-    return float(difference / max(np.abs(strains).max(), 1e-300))
+    return RodState(solution).asymmetry
 
 
-def is_symmetric(solution: Solution, tolerance: float = 1e-5) -> bool:
+def is_symmetric(solution: Solution, tolerance: float = SYMMETRIC) -> bool:
     """Whether a solution equals its reversal."""
-    check_rod(solution)
     return asymmetry(solution) < tolerance
 
 
 def half_twist(solution: Solution) -> float:
     """Angle in radians by which the middle is twisted against both clamps, the mean of the two; 0 where symmetric."""
     check_rod(solution)
-    tau = solution.stages[..., solution.unknowns.index("tau")]
-    return solution.mean(np.sign(0.5 - solution.gauss_points()) * tau) / 2
+    state = RodState(solution).at_gauss_points()
+    return solution.mean(np.sign(0.5 - state.s) * state.tau) / 2
 
 
 def is_twisted(solution: Solution) -> bool:
@@ -75,13 +72,11 @@ def is_twisted(solution: Solution) -> bool:
     Or by more than a right angle, and k1 has four inflections or more. Stable TU and TW have 2.5 to 3.2 rad; other
     stable states at dL = 1/2 less than 2, and two or three inflections.
     """
-    check_rod(solution)
     twist = abs(half_twist(solution))
     if not np.pi / 2 < twist < 3 * np.pi / 4:
         return twist >= 3 * np.pi / 4
-    k1 = solution(np.linspace(0.0, 1.0, 401)[1:-1], "k1")
-    k1 = k1[np.abs(k1) > 1e-6 * np.abs(k1).max()]
-    return int(np.sum(np.sign(k1[1:]) != np.sign(k1[:-1]))) >= 4
+    k1 = RodState(solution).at(np.linspace(0.0, 1.0, 401)[1:-1]).k1
+    return count_sign_changes(k1, 1e-6 * np.abs(k1).max()) >= 4
 
 
 def pair_member(solution: Solution) -> str:
@@ -92,11 +87,11 @@ def pair_member(solution: Solution) -> str:
     which the rod lies (half twist and height of opposite sign), which is the same at small positive shear.
     """
     check_rod(solution)
+    state = RodState(solution).at_gauss_points()
     if is_twisted(solution):
-        height = solution.mean(solution.stages[..., solution.unknowns.index("y")])
-        return "+" if half_twist(solution) * height <= 0 else "-"
-    k1 = solution.stages[..., solution.unknowns.index("k1")]
-    arm = solution.gauss_points() - 0.5
+        _, y, _ = components(state.position)
+        return "+" if half_twist(solution) * solution.mean(y) <= 0 else "-"
+    k1, arm = state.k1, state.s - 0.5
     moment = solution.mean(arm * k1**2)
     if abs(moment) < 1e-5 * solution.mean(k1**2):
         moment = solution.mean(arm * k1)

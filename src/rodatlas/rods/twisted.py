@@ -19,8 +19,11 @@ import numpy as np
 
 from rodatlas.continuation import MeshControl, NotConverged, Solution, TraceOptions, solve
 from rodatlas.rods.band import check_setting
+from rodatlas.rods.formulation import Sections, held_by
 from rodatlas.rods.kinematics import directors
-from rodatlas.rods.perfectly_anisotropic import rod_problem
+from rodatlas.rods.law import LinearLaw
+from rodatlas.rods.perfectly_anisotropic import FULL, rod_problem
+from rodatlas.rods.poses import Clamps, Pose
 from rodatlas.rods.stability import index_of
 from rodatlas.rods.symmetry import is_twisted
 
@@ -83,12 +86,13 @@ def descend(strain: np.ndarray, a: float, angle: float, compression: float) -> t
     -------
     strain (n, 2) and end load (6,): space force n, and space moment at the right end.
     """
-    h = 1.0 / len(strain)
-    weight = np.tile([a, 1.0], len(strain))
+    h, clamps = 1.0 / len(strain), Clamps.symmetric(angle, compression, 0.0)
+    bend, _, twist = LinearLaw(a).stiffness
+    weight = np.tile([bend, twist], len(strain))
     load = np.zeros(6)
     for _ in range(MOST_STEPS):
-        rod = _chain(strain, angle)
-        gap = _gap(rod, angle, compression)
+        rod = _chain(strain, clamps.left)
+        gap = _gap(rod, clamps.right)
         arms, turns = rod.end_position - rod.position, np.stack(directors(rod.quaternion)[::2], axis=1)
         # a strain turns all that lies beyond its segment about d1 or d3: change of end position, then of orientation
         effect = np.concatenate([np.cross(turns, arms[:, None]), turns], axis=-1).reshape(-1, 6)
@@ -109,13 +113,7 @@ def _shape(bending: float, twist: float) -> np.ndarray:
     return np.column_stack([bending * np.cos(4.0 * np.pi * s), twist * np.sign(0.5 - s)])
 
 
-def _clamp(angle: float) -> np.ndarray:
-    """Quaternion (4,) of the left clamp; the right one is that of -angle."""
-    c, s = math.cos(angle / 2) / math.sqrt(2), math.sin(angle / 2) / math.sqrt(2)
-    return np.array([c, -s, c, s])
-
-
-def _chain(strain: np.ndarray, angle: float) -> Chain:
+def _chain(strain: np.ndarray, clamp: Pose) -> Chain:
     """The rod of given strains from the left clamp on."""
     h = 1.0 / len(strain)
     omega = np.insert(strain, 1, 0.0, axis=1)
@@ -126,18 +124,18 @@ def _chain(strain: np.ndarray, angle: float) -> Chain:
     while width < len(ends):  # products of all segments before each, in log2(n) passes
         ends = np.concatenate([ends[:width], _product(ends[:-width], ends[width:])])
         width *= 2
-    start = _clamp(angle)
+    start = np.array(clamp.quaternion)
     ends = _product(start, ends)
     middles = _product(np.concatenate([start[None], ends[:-1]]), to_middle)
     steps = h * directors(middles)[2]
-    position = np.cumsum(steps, axis=0)
+    position = np.array(clamp.position) + np.cumsum(steps, axis=0)
     return Chain(middles, position - steps / 2, ends[-1], position[-1])
 
 
-def _gap(rod: Chain, angle: float, compression: float) -> np.ndarray:
+def _gap(rod: Chain, clamp: Pose) -> np.ndarray:
     """(6,) how far the end is from the right clamp: position, and twice the vector of the turn from the clamp."""
-    turn = _product(rod.end_quaternion, _clamp(-angle) * [1.0, -1.0, -1.0, -1.0])
-    away = rod.end_position - [1.0 - compression, 0.0, 0.0]
+    turn = _product(rod.end_quaternion, np.array(clamp.quaternion) * [1.0, -1.0, -1.0, -1.0])
+    away = rod.end_position - np.array(clamp.position)
     return np.concatenate([away, 2.0 * math.copysign(1.0, turn[0]) * turn[1:]])
 
 
@@ -149,13 +147,11 @@ def _product(p: np.ndarray, q: np.ndarray) -> np.ndarray:
 
 def _guess(strain: np.ndarray, load: np.ndarray, a: float, angle: float, compression: float) -> Solution:
     """The rod of a descent as a first guess for collocation; values at the ends are extrapolated."""
-    rod = _chain(strain, angle)
-    frame = np.stack(directors(rod.quaternion), axis=1)
-    force = frame @ load[:3]
-    moment = load[3:] + np.cross(rod.end_position - rod.position, load[:3])
-    across = np.einsum("ka,ka->k", frame[:, 1], moment)
-    inner = np.column_stack([force, across, strain, rod.quaternion, rod.position])
-    values = np.vstack([1.5 * inner[0] - 0.5 * inner[1], inner, 1.5 * inner[-1] - 0.5 * inner[-2]])
+    clamp = Clamps.symmetric(angle, compression, 0.0).left
+    rod, origin = _chain(strain, clamp), np.array(clamp.position)
+    moment = load[3:] + np.cross(rod.end_position - origin, load[:3])
+    middles = held_by(LinearLaw(a), load[:3], moment, rod.quaternion, rod.position, origin)
+    middles = middles._replace(strain=np.insert(strain, 1, 0.0, axis=1))
+    extended = Sections(*(np.vstack([1.5 * x[:1] - 0.5 * x[1:2], x, 1.5 * x[-1:] - 0.5 * x[-2:-1]]) for x in middles))
     s = np.concatenate([[0.0], (np.arange(len(strain)) + 0.5) / len(strain), [1.0]])
-    bvp = rod_problem()
-    return Solution.from_values(s, values, bvp.unknowns, {"a": a, "psi0": angle, "dL": compression, "dD": 0.0})
+    return FULL.guess(s, extended, {"a": a, "psi0": angle, "dL": compression, "dD": 0.0})

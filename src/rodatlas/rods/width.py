@@ -8,6 +8,7 @@ from rodatlas.continuation import Solution
 from rodatlas.continuation.checks import check_type
 from rodatlas.rods.band import Band
 from rodatlas.rods.perfectly_anisotropic import check_rod
+from rodatlas.rods.state import RodState
 
 SMALL = 0.4  # below it the series of phi is good to 1e-10, above it the closed form loses three digits at most
 
@@ -59,6 +60,6 @@ def width_effect(solution: Solution, band: Band) -> float:
     """
     check_rod(solution)
     check_type("band", band, Band, "a Band such as Band(240.0, 3.0, 0.127)")
-    kappa, tau = (solution.stages[..., solution.unknowns.index(name)] for name in ("k1", "tau"))
-    added = solution.mean(width_energy(kappa, tau, band.width_parameter, band.poisson))
-    return added / solution.mean((solution["a"] * kappa**2 + tau**2) / 2)
+    state = RodState(solution).at_gauss_points()
+    added = width_energy(state.k1, state.tau, band.width_parameter, band.poisson)
+    return solution.mean(added) / solution.mean(state.energy_density)

@@ -1,5 +1,8 @@
 """Compiled core of `rodatlas.states.descent`: a band of constant strain in each of J pieces, in steepest descent.
 
+Of the perfectly anisotropic rod only: k2 = 0, and the compliance of (k1, k2, tau) is diag(softness, 0, 1). The softness
+1/a comes from :func:`rodatlas.rods.law.softness_of_band`, which refuses other laws.
+
 With strain u = (k1, tau), energy `u . W u / 2`, W = h diag(a, 1), closure error g (rotation and displacement of the
 free end against its clamp) and its derivative G, each iteration takes::
 

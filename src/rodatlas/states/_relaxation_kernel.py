@@ -1,5 +1,8 @@
 """Compiled core of `rodatlas.states.starts`: bands of constant strain in each of J pieces, brought to a minimum.
 
+Of the perfectly anisotropic rod only: k2 = 0, and the compliance of (k1, k2, tau) is diag(softness, 0, 1). The softness
+1/a comes from :func:`rodatlas.rods.law.softness_of_band`, which refuses other laws.
+
 The energy `sum h u . W u / 2` of the strains u = (k1, tau), W = diag(a, 1), h = 1/J, is lowered with the right end held
 at its clamp by Newton steps on the Lagrangian. A change of strain turns the cross-sections by phi and shifts them by xi
 (both in space), phi' = B du with B = (d1, d3) and xi' = phi x d3, and changes the Lagrangian to second order by::

@@ -13,6 +13,7 @@ import numpy as np
 from rodatlas.continuation import MeshControl, NotConverged, Solution, TraceOptions
 from rodatlas.continuation.curve.deflation import deflated_solve, perturbed
 from rodatlas.rods.perfectly_anisotropic import rod_problem
+from rodatlas.rods.state import RodState
 from rodatlas.rods.symmetry import is_symmetric, reverse
 
 
@@ -35,6 +36,6 @@ def deflated(known: Sequence[Solution], attempts: int, tolerance: float, largest
         except NotConverged:
             continue
         out += [new] if is_symmetric(new) else [new, reverse(new)]
-        if np.linalg.norm(new.values[0, :3]) <= largest_force:
+        if np.linalg.norm(RodState(new).force[0]) <= largest_force:
             found.append(new)
     return found

@@ -5,10 +5,12 @@ from __future__ import annotations
 import numpy as np
 
 from rodatlas.continuation import MeshControl, NotConverged, Solution, TraceOptions, solve
-from rodatlas.rods.ends import Ends
+from rodatlas.rods.ends import check_shear
+from rodatlas.rods.formulation import components, parameters_of
+from rodatlas.rods.law import Law, softness_of_band
 from rodatlas.rods.perfectly_anisotropic import rod_problem
+from rodatlas.rods.state import RodState
 from rodatlas.states.shooting import guess_from
-from rodatlas.states.starts import clamps
 
 NODES = 64  # intervals of the guess for Newton's method
 PIECES = 1024  # of constant strain: where forces are large, few would shift a fold by more than 0.01 in shear
@@ -37,19 +39,26 @@ def descend(shape: Solution, shear: float | None = None, tolerance: float = 1e-8
     """
     from rodatlas.states._descent_kernel import descend_band
 
-    a, held = shape["a"], shape["dD"] if shear is None else shear
-    ends = Ends(float(np.degrees(shape["psi0"])), shape["dL"], held)
-    middles = (np.arange(PIECES) + 0.5) / PIECES
-    strain = np.ascontiguousarray(np.stack([shape(middles, "k1"), shape(middles, "tau")], axis=-1))
-    left, right = clamps(ends)
+    if shear is not None:
+        check_shear(shear, shape["dL"])
+        shape = shape.with_parameters(dD=shear)
+    pieces = RodState(shape).at((np.arange(PIECES) + 0.5) / PIECES)
+    left, right, softness = pieces.clamps.left.numbers, pieces.clamps.right.numbers, softness_of_band(pieces.law)
+    strain = np.column_stack([pieces.k1, pieces.tau])
     poses, constants = np.empty((NODES + 1, 7)), np.empty(6)
-    gradient = descend_band(strain, left, right, 1.0 / a, STEPS, TOLERANCE, poses, constants)
+    gradient = descend_band(strain, left, right, softness, STEPS, TOLERANCE, poses, constants)
     if not gradient < SETTLED:
         return None
-    energy = 0.5 * float(np.mean(a * strain[:, 0] ** 2 + strain[:, 1] ** 2))
+    energy = float(np.mean(pieces.law.energy_density(*_loaded(strain, pieces.law))))
     try:
-        guess = guess_from(poses, constants, a, ends)
+        guess = guess_from(poses, constants, parameters_of(shape))
         found = solve(rod_problem(), guess, ("dD",), TraceOptions(mesh=MeshControl(tolerance=tolerance)))
     except NotConverged:
         return None
     return found if abs(found["energy"] - energy) < NEAR * (1.0 + energy) else None
+
+
+def _loaded(strain: np.ndarray, law: Law) -> tuple[list[np.ndarray], list[np.ndarray]]:
+    """Strains and moments by component, of pieces (J, 2) that bend about the width and twist."""
+    full = components(np.insert(strain, 1, 0.0, axis=1))
+    return full, law.moment(full, reaction=components(np.zeros((len(strain), 3))))  # a reaction does no work

@@ -12,6 +12,7 @@ from rodatlas.continuation.checks import check_type
 from rodatlas.progress import Progress, tells
 from rodatlas.rods.band import bending_ratio, check_between, check_whole, limiting_shear, near_limit
 from rodatlas.rods.ends import ENDS, Ends
+from rodatlas.rods.law import LinearLaw
 from rodatlas.rods.perfectly_anisotropic import rod_problem
 from rodatlas.rods.stability import index_of
 from rodatlas.rods.symmetry import is_symmetric, pair_member, reverse
@@ -35,7 +36,7 @@ class _Census:
     """Search of one class: all shots so far, and what collocation made of each species, by its first row."""
 
     ends: Ends
-    a: float
+    law: LinearLaw
     sign: int
     tolerance: float
     shots: Shots | None = None
@@ -53,7 +54,7 @@ class _Census:
         new = [row for row in self.counts if row not in self.states]
         for done, row in enumerate(new):
             report(done, len(new) - done)
-            self.states[row] = _confirmed(self.shots, row, self.a, self.ends, self.sign, self.tolerance)
+            self.states[row] = _confirmed(self.shots, row, self.law, self.ends, self.sign, self.tolerance)
 
     def deflate(self, attempts: int) -> None:
         """Add what deflation finds as species of negative rows, which no start met."""
@@ -112,10 +113,10 @@ def find_states(
     threads = default_threads() if threads is None else threads
     if force_range is not None:
         check_between("force range", force_range, 0.0, np.inf, "a positive number")
-    a = bending_ratio(poisson)
+    law = LinearLaw(bending_ratio(poisson))
     parts, rounds, limits = [], [], []
     for sign in CLASSES[classes]:
-        census = _Census(ends, a, sign, tolerance)
+        census = _Census(ends, law, sign, tolerance)
 
         def report(done: int, pending: int, cls: str = "+" if sign > 0 else "-") -> None:
             if progress:
@@ -142,7 +143,7 @@ def _stable(
     goal = starts or FIRST_ROUND
     while True:
         report(0, 0)
-        census.add(hunt(census.ends, census.a, census.sign, "relaxed", range(done, goal), seed=seed, threads=threads),
+        census.add(hunt(census.ends, census.law, census.sign, "relaxed", range(done, goal), seed=seed, threads=threads),
                    report)  # fmt: skip
         done = goal
         rounds.append(done)
@@ -161,14 +162,14 @@ def _all(
     """Search for states of every index; returns the force range."""
     forces = int(FORCES_PART * starts)
     report(0, 0)
-    shots = hunt(census.ends, census.a, census.sign, "partly relaxed", range(starts - forces), seed=seed,
+    shots = hunt(census.ends, census.law, census.sign, "partly relaxed", range(starts - forces), seed=seed,
                  threads=threads)  # fmt: skip
     if force_range is None:
         force = np.linalg.norm(shots.constants[shots.converged, :3], axis=1)
         force_range = max(FORCE_RANGE, 2.0 * float(force.min())) if len(force) else FORCE_RANGE
     census.limit = force_range
     if forces:
-        more = hunt(census.ends, census.a, census.sign, "forces", range(forces), seed=seed,
+        more = hunt(census.ends, census.law, census.sign, "forces", range(forces), seed=seed,
                     force=min(force_range, FORCE_RANGE), threads=threads)  # fmt: skip
         shots = all_shots([shots, more])
     census.add(shots, report)
@@ -240,9 +241,9 @@ def _advice(ends: Ends) -> str:
     return f"raise the number of starts, or keep away from the limiting shear (this shear is {part:.3f} of it)"
 
 
-def _confirmed(shots: Shots, row: int, a: float, ends: Ends, sign: int, tolerance: float) -> list[FoundState]:
+def _confirmed(shots: Shots, row: int, law: LinearLaw, ends: Ends, sign: int, tolerance: float) -> list[FoundState]:
     """The state of a shot, and its partner where it has one, solved by collocation; empty when that fails."""
-    guess = as_guess(shots, row, a, ends)
+    guess = as_guess(shots, row, law, ends)
     try:
         solution = solve(rod_problem(), guess, ("dD",), TraceOptions(mesh=MeshControl(tolerance=tolerance)))
     except NotConverged:

@@ -63,8 +63,8 @@ def known_names() -> str:
 
 
 def slope(solution: Solution) -> float:
-    """dE/d(dD) = N_z of an equilibrium [GJ/L^2], by the body force at s = 0, where d1 is the z axis turned round."""
-    return -float(solution.values[0, 0])
+    """dE/d(dD) = N_z of an equilibrium [GJ/L^2], by the force at s = 0."""
+    return float(solution["end_force_z"])
 
 
 def in_order(energies: Sequence[float], slopes: Sequence[float]) -> list[int]:

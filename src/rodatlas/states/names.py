@@ -28,7 +28,6 @@ import numpy as np
 
 from rodatlas.continuation import Solution
 from rodatlas.continuation.checks import check_each
-from rodatlas.rods.perfectly_anisotropic import check_rod
 from rodatlas.rods.state import RodState
 from rodatlas.rods.symmetry import is_twisted
 from rodatlas.states.winding import is_curled, is_wound
@@ -49,8 +48,7 @@ class Part(NamedTuple):
 
 def middle_curvature(solution: Solution) -> float:
     """k1 at s = 1/2 [1/L]."""
-    check_rod(solution)
-    return float(solution(0.5, "k1")[0])
+    return float(RodState(solution).at(0.5).k1[0])
 
 
 def name_parts(solutions: Sequence[Solution], symmetric: bool, inverted: bool = False) -> list[Part]:

@@ -7,10 +7,12 @@ from collections.abc import Sequence
 import numpy as np
 
 from rodatlas.continuation import MeshControl, NotConverged, Solution, TraceOptions, solve
+from rodatlas.continuation.problem.tracing import Named
 from rodatlas.rods.band import bending_ratio
 from rodatlas.rods.ends import Ends
-from rodatlas.rods.kinematics import directors, quaternion_rate
-from rodatlas.rods.perfectly_anisotropic import UNKNOWNS, rod_problem
+from rodatlas.rods.formulation import Sections
+from rodatlas.rods.law import LinearLaw
+from rodatlas.rods.perfectly_anisotropic import FULL, rates, rod_problem, setting
 
 POINTS = 65
 CLOSE = 1e-5  # relative difference of the energy beyond which another state was found
@@ -34,17 +36,14 @@ def rebuilt(
     """
     from scipy.integrate import solve_ivp
 
-    a = bending_ratio(poisson)
-    c, s = np.cos(0.5 * ends.angle) / np.sqrt(2.0), np.sin(0.5 * ends.angle) / np.sqrt(2.0)
-    n1, n2, n3, m1, m2, m3 = (*map(float, force), *map(float, moment))
-    start = np.array([n1, n2, n3, m2, m1 / a, m3, c, -s, c, s, 0.0, 0.0, -ends.shear])
+    law = LinearLaw(bending_ratio(poisson))
+    parameters, left = setting(law, ends), ends.clamps.left
+    loads, pose = np.array([force, moment], dtype=float), (np.array(left.quaternion), np.array(left.position))
+    start = FULL.values(Sections.loaded(law, loads[0], loads[1], *pose), parameters)
+    known = Named(tuple(parameters), tuple(parameters.values()))
 
     def rate(_: float, u: np.ndarray) -> np.ndarray:
-        """Balance and kinematics, the equations of :func:`rodatlas.rods.rod_problem`."""
-        f1, f2, f3, m, k, t = u[:6]
-        strain = [f2 * t, f3 * k - f1 * t, -f2 * k, (1.0 - a) * k * t - f1, (m * t + f2) / a, -m * k]
-        q = u[6:10]
-        return np.array([*strain, *quaternion_rate(list(q), k, 0.0, t), *directors(q)[2]])
+        return np.array(rates(Named(FULL.unknowns, u.tolist()), known))
 
     at = np.linspace(0.0, 1.0, POINTS)
     run = solve_ivp(rate, (0.0, 1.0), start, method="DOP853", t_eval=at, rtol=1e-11, atol=1e-11)
@@ -52,8 +51,7 @@ def rebuilt(
     wrong = f"state: expected N0, M0 of a state at {where} with energy {energy:g}"
     if not run.success or not np.isfinite(run.y).all():
         raise ValueError(f"{wrong}, got a curve that cannot be integrated ({run.message})")
-    parameters = {"a": a, "psi0": ends.angle, "dL": ends.compression, "dD": ends.shear}
-    guess = Solution.from_values(at, run.y.T, UNKNOWNS, parameters)
+    guess = Solution.from_values(at, run.y.T, FULL.unknowns, parameters)
     try:
         found = solve(rod_problem(), guess, ("dD",), TraceOptions(mesh=MeshControl(tolerance=tolerance)))
     except NotConverged as error:

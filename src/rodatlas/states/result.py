@@ -80,7 +80,7 @@ class FoundState:
             "name": self.name, "class": self.cls, "stable": self.stable,
             "index": self.index if self.index >= 0 else None,
             "height": rod.height, "energy": rod.energy, "symmetric": self.pair is None, "pair": self.pair,
-            "N0": rod.force[0].tolist(), "M0": rod.moment[0].tolist(), "inflections": rod.inflections,
+            "N0": rod.force_body[0].tolist(), "M0": rod.moment_body[0].tolist(), "inflections": rod.inflections,
             "twist": self.twist, "turns": self.turns, "wound": self.wound, "met": self.count,
             "error": self.solution.error, "contact": self.contact is not None,
             "contact_at": list(self.contact.s) if self.contact else [],

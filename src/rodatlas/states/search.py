@@ -7,6 +7,7 @@ from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 
 from rodatlas.rods.ends import Ends
+from rodatlas.rods.law import Law
 from rodatlas.states.shooting import PLANS, Shots, all_shots, shoot
 from rodatlas.states.starts import Starts, random_forces, relaxed
 
@@ -20,25 +21,26 @@ def default_threads() -> int:
 
 
 def hunt(
-    ends: Ends, a: float, sign: int, kind: str, rows: range, *, seed: int = 1, force: float = 200.0, threads: int = 1
+    ends: Ends, law: Law, sign: int, kind: str, rows: range, *, seed: int = 1, force: float = 200.0, threads: int = 1
 ) -> Shots:
     """Shoot from the starts of one kind, at given places of their quasi-random sequence.
 
     Parameters
     ----------
+    law : of the perfectly anisotropic rod.
     sign : class, +1 or -1. kind : of `KINDS`. rows : places in the sequence, one for each start.
     force : range of random forces [GJ/L^2]. threads : the result is the same for every number.
     """
     make: Callable[[range], Starts] = {
-        "relaxed": lambda part: relaxed(ends, a, sign, part, partly=False, seed=seed),
-        "partly relaxed": lambda part: relaxed(ends, a, sign, part, partly=True, seed=seed),
-        "forces": lambda part: random_forces(ends, a, sign, part, force, seed + 1),
+        "relaxed": lambda part: relaxed(ends, law, sign, part, partly=False, seed=seed),
+        "partly relaxed": lambda part: relaxed(ends, law, sign, part, partly=True, seed=seed),
+        "forces": lambda part: random_forces(ends, law, sign, part, force, seed + 1),
     }[kind]
 
     plan = PLANS[0] if kind == "forces" else None
 
     def work(part: range) -> Shots:
-        return shoot(make(part), a, plan=plan)
+        return shoot(make(part), law, plan=plan)
 
     parts = [rows[i : i + CHUNK] for i in range(0, len(rows), CHUNK)]
     if threads == 1 or len(parts) < 3:

@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import NamedTuple
 
 import numpy as np
 
 from rodatlas.continuation import Solution
 from rodatlas.rods.ends import Ends
-from rodatlas.rods.kinematics import directors
-from rodatlas.rods.perfectly_anisotropic import UNKNOWNS
+from rodatlas.rods.formulation import by_name, held_by
+from rodatlas.rods.kinematics import POSE, pose_of
+from rodatlas.rods.law import Law, LinearLaw, softness_of_band
+from rodatlas.rods.perfectly_anisotropic import FULL, setting
 from rodatlas.states.starts import PLACES, Starts
 
 
@@ -57,13 +60,13 @@ class Shots(NamedTuple):
 
 
 def shoot(
-    starts: Starts, a: float, *, tolerance: float = 1e-9, most: int = 30, plan: Plan | None = None
+    starts: Starts, law: Law, *, tolerance: float = 1e-9, most: int = 30, plan: Plan | None = None
 ) -> Shots:  # fmt: skip
     """Solve from every start, as the force there demands; the starts are left as they are.
 
     Parameters
     ----------
-    a : EI1/GJ. tolerance : largest defect of a solution. most : Newton iterations.
+    law : of the perfectly anisotropic rod. tolerance : largest defect of a solution. most : Newton iterations.
     plan : used for all starts instead of the ones in `PLANS`.
     """
     from rodatlas.rods._shooting_kernel import TABLEAU, WEIGHTS, solve_batch
@@ -73,7 +76,7 @@ def shoot(
     segments, iterations, observed = np.zeros(count, int), np.zeros(count, int), np.full((count, 3), np.nan)
     force = np.linalg.norm(constants[:, :3], axis=1)
     usable = np.isfinite(poses).all(axis=(1, 2)) & np.isfinite(constants).all(axis=1) & (force < LARGEST_FORCE)
-    least = 0.0
+    least, softness = 0.0, softness_of_band(law)
     for one in (plan,) if plan else PLANS:
         rows = np.flatnonzero(usable & ((force >= least) & (force < one.force) | (plan is not None)))
         least = one.force
@@ -81,7 +84,7 @@ def shoot(
             continue
         every = PLACES // one.segments
         inner, loads, seen = poses[rows, ::every].copy(), constants[rows], observed[rows]
-        iterations[rows] = solve_batch(inner, loads, 1.0 / a, one.steps, tolerance, most, LARGEST_FORCE, one.apart,
+        iterations[rows] = solve_batch(inner, loads, softness, one.steps, tolerance, most, LARGEST_FORCE, one.apart,
                                        TABLEAU, WEIGHTS, seen)  # fmt: skip
         poses[rows[:, None], np.arange(0, PLACES + 1, every)] = inner
         constants[rows], observed[rows], segments[rows] = loads, seen, one.segments
@@ -93,21 +96,17 @@ def all_shots(parts: list[Shots]) -> Shots:
     return Shots(*(np.concatenate(columns) for columns in zip(*parts, strict=True)))
 
 
-def as_guess(shots: Shots, row: int, a: float, ends: Ends) -> Solution:
+def as_guess(shots: Shots, row: int, law: LinearLaw, ends: Ends) -> Solution:
     """A solution of multiple shooting as a guess for the rod problem on PLACES mesh intervals."""
     from rodatlas.rods._shooting_kernel import TABLEAU, WEIGHTS, march_batch
 
     poses, constants = shots.poses[row : row + 1].copy(), shots.constants[row]
-    march_batch(poses, constants[None], 1.0 / a, PLACES // int(shots.segments[row]), 2, TABLEAU, WEIGHTS)
-    return guess_from(poses[0], constants, a, ends)
+    march_batch(poses, constants[None], softness_of_band(law), PLACES // int(shots.segments[row]), 2, TABLEAU, WEIGHTS)
+    return guess_from(poses[0], constants, setting(law, ends))
 
 
-def guess_from(poses: np.ndarray, constants: np.ndarray, a: float, ends: Ends) -> Solution:
+def guess_from(poses: np.ndarray, constants: np.ndarray, parameters: Mapping[str, float]) -> Solution:
     """Poses (K + 1, 7) at equidistant places and constants (6,) as a guess for the rod problem on K mesh intervals."""
-    frame = np.moveaxis(np.array(directors(poses[:, :4])), 0, -2)
-    force = frame @ constants[:3]
-    arm = poses[:, 4:] - poses[0, 4:]
-    moment = np.einsum("kda,ka->kd", frame, constants[3:] - np.cross(arm, constants[:3]))
-    values = np.column_stack([force, moment[:, 1], moment[:, 0] / a, moment[:, 2], poses])
-    parameters = {"a": a, "psi0": ends.angle, "dL": ends.compression, "dD": ends.shear}
-    return Solution.from_values(np.linspace(0.0, 1.0, len(poses)), values, UNKNOWNS, parameters)
+    quaternion, position = pose_of(by_name(POSE, poses))
+    sections = held_by(FULL.law(parameters), constants[:3], constants[3:], quaternion, position, position[0])
+    return FULL.guess(np.linspace(0.0, 1.0, len(poses)), sections, parameters)

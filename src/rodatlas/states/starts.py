@@ -7,6 +7,7 @@ from typing import NamedTuple
 import numpy as np
 
 from rodatlas.rods.ends import Ends
+from rodatlas.rods.law import Law, softness_of_band
 
 PLACES = 64  # intervals between the poses of a start
 RESOLVED = 0.3  # largest length of a piece of constant strain in a relaxation, in units of the slack
@@ -22,13 +23,6 @@ class Starts(NamedTuple):
 
     poses: np.ndarray
     constants: np.ndarray
-
-
-def clamps(ends: Ends) -> tuple[np.ndarray, np.ndarray]:
-    """Poses (7,) of the left and right clamp, the right one for class +."""
-    c, s = np.cos(ends.angle / 2) / np.sqrt(2.0), np.sin(ends.angle / 2) / np.sqrt(2.0)
-    left = np.array([c, -s, c, s, 0.0, 0.0, -ends.shear])
-    return left, np.array([c, s, c, -s, 1.0 - ends.compression, 0.0, 0.0])
 
 
 def pieces_for(ends: Ends) -> int:
@@ -88,12 +82,13 @@ def random_strains(rows: range, pieces: int, seed: int) -> np.ndarray:
     return out
 
 
-def relaxed(ends: Ends, a: float, sign: int, rows: range, *, partly: bool, seed: int = 1) -> Starts:
+def relaxed(ends: Ends, law: Law, sign: int, rows: range, *, partly: bool, seed: int = 1) -> Starts:
     """Bands of random smooth strain, carried toward a minimum of the energy with the ends held.
 
     Parameters
     ----------
-    a : EI1/GJ. sign : class, +1 or -1. rows : places in the quasi-random sequence, one for each start.
+    law : of the perfectly anisotropic rod.
+    sign : class, +1 or -1. rows : places in the quasi-random sequence, one for each start.
     partly : stop at various distances from the minimum (see `PARTLY`), else relax fully.
     """
     from rodatlas.states._relaxation_kernel import relax_batch
@@ -102,11 +97,11 @@ def relaxed(ends: Ends, a: float, sign: int, rows: range, *, partly: bool, seed:
     left, right = _class_clamps(ends, sign)
     poses, constants = np.empty((len(rows), PLACES + 1, 7)), np.empty((len(rows), 6))
     iterations = np.array(PARTLY)[np.array(rows) % len(PARTLY)] + 1 if partly else np.full(len(rows), FULL)
-    relax_batch(strains, left, right, 1.0 / a, iterations, RELAXED, poses, constants)
+    relax_batch(strains, left, right, softness_of_band(law), iterations, RELAXED, poses, constants)
     return Starts(poses, constants)
 
 
-def random_forces(ends: Ends, a: float, sign: int, rows: range, largest: float, seed: int = 2) -> Starts:
+def random_forces(ends: Ends, law: Law, sign: int, rows: range, largest: float, seed: int = 2) -> Starts:
     """Bands marched from the left clamp with (n, m(0)) quasi-random: |n_i| <= largest, |m_i| <= sqrt(largest) + 10.
 
     A bending wave of a force n has moments of the order of sqrt(n) [GJ/L].
@@ -118,11 +113,10 @@ def random_forces(ends: Ends, a: float, sign: int, rows: range, largest: float, 
     left, right = _class_clamps(ends, sign)
     poses = np.empty((len(rows), PLACES + 1, 7))
     poses[:, 0], poses[:, -1] = left, right
-    march_batch(poses, constants, 1.0 / a, PLACES, 1, TABLEAU, WEIGHTS)
+    march_batch(poses, constants, softness_of_band(law), PLACES, 1, TABLEAU, WEIGHTS)
     return Starts(poses, constants)
 
 
 def _class_clamps(ends: Ends, sign: int) -> tuple[np.ndarray, np.ndarray]:
-    left, right = clamps(ends)
-    right[:4] *= sign
-    return left, right
+    """Poses (7,) of the left and the right clamp, the right one of a class."""
+    return ends.clamps.left.numbers, ends.clamps.right.of_class(sign).numbers

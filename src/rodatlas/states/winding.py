@@ -5,11 +5,12 @@ from __future__ import annotations
 import math
 
 from rodatlas.continuation import Solution
+from rodatlas.rods.state import RodState
 
 
 def twist(solution: Solution) -> float:
     """int tau ds [rad]."""
-    return solution.mean(solution.stages[..., solution.unknowns.index("tau")])
+    return solution.mean(RodState(solution).at_gauss_points().tau)
 
 
 def is_wound(solution: Solution, cls: str) -> bool:
@@ -24,7 +25,7 @@ def is_wound(solution: Solution, cls: str) -> bool:
 
 def turning(solution: Solution) -> float:
     """int k1 ds [rad]."""
-    return solution.mean(solution.stages[..., solution.unknowns.index("k1")])
+    return solution.mean(RodState(solution).at_gauss_points().k1)
 
 
 def is_curled(solution: Solution) -> bool:

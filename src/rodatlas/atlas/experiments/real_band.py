@@ -16,6 +16,7 @@ from rodatlas.rods.ends import Ends
 from rodatlas.rods.perfectly_anisotropic import rod_problem
 from rodatlas.rods.reach import NotReached, state_at
 from rodatlas.rods.stability import index_of
+from rodatlas.rods.state import RodState
 from rodatlas.rods.units import BandUnits, ClampErrors
 from rodatlas.rods.width import width_effect
 
@@ -163,9 +164,10 @@ def check_errors(units: BandUnits, errors: ClampErrors) -> None:
 
 def _check(solution: Solution, units: BandUnits) -> WidthCheck:
     """The width's part in the energy of a state, its largest strain, and its force."""
-    kappa = float(np.abs(solution.stages[..., solution.unknowns.index("k1")]).max())
+    state = RodState(solution)
+    kappa = float(np.abs(state.at_gauss_points().k1).max())
     strain = 0.5 * units.from_mm(units.band.thickness) * kappa
-    force = float(np.linalg.norm([solution[name][0] for name in ("N1", "N2", "N3")]))
+    force = float(np.linalg.norm(state.force_body[0]))
     return WidthCheck(solution["dD"], width_effect(solution, units.band), strain, force)
 
 

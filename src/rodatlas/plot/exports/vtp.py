@@ -32,24 +32,16 @@ def point_fields(solution: Solution, s: np.ndarray, length: float = 1.0, unit: s
     name -> (k n,) or (k n, 3), k vertices in each cross-section: arclength, curvature, twist, force and
         moment in space, energy density.
     """
-    from rodatlas.rods.kinematics import directors
-    from rodatlas.rods.perfectly_anisotropic import check_rod
+    from rodatlas.rods.state import RodState
 
-    check_rod(solution)
-
-    value = {name: solution(s, name) for name in solution.unknowns}
-    quaternion = np.column_stack([value[f"q{i}"] for i in range(4)])
-    frame = np.stack(directors(quaternion / np.linalg.norm(quaternion, axis=1, keepdims=True)), axis=1)
-    force = np.column_stack([value["N1"], value["N2"], value["N3"]])
-    moment = np.column_stack([solution["a"] * value["k1"], value["M2"], value["tau"]])
-    energy = (solution["a"] * value["k1"] ** 2 + value["tau"] ** 2) / 2
+    state = RodState(solution).at(s)
     fields = {
         f"s [{unit}]": length * s,
-        f"k1 [1/{unit}]": value["k1"] / length,
-        f"tau [1/{unit}]": value["tau"] / length,
-        "N [GJ/L^2]": np.einsum("nda,nd->na", frame, force),
-        "M [GJ/L]": np.einsum("nda,nd->na", frame, moment),
-        "energy density [GJ/L^2]": energy,
+        f"k1 [1/{unit}]": state.k1 / length,
+        f"tau [1/{unit}]": state.tau / length,
+        "N [GJ/L^2]": state.force,
+        "M [GJ/L]": state.moment,
+        "energy density [GJ/L^2]": state.energy_density,
     }
     return {name: np.repeat(field, ACROSS + 1, axis=0) for name, field in fields.items()}
 

@@ -1,0 +1,150 @@
+"""A rod of any law between any clamps as a boundary value problem, and the anisotropic rod as one of them.
+
+Force and moment are unknowns, and the law gives the strain, so that a strain may be soft, stiff or rigid. (The
+perfectly anisotropic rod has a formulation of its own, :func:`rodatlas.rods.rod_problem`, in which strains are unknowns
+where they can change; the atlas uses it.)
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from functools import lru_cache
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from rodatlas.continuation import BVP, end_value, integral_of
+from rodatlas.continuation.problem.symmetry import Symmetry
+from rodatlas.continuation.problem.tracing import Named
+from rodatlas.rods.formulation import (
+    Columns,
+    Formulation,
+    Parameters,
+    Sections,
+    by_name,
+    pose_columns,
+    stacked,
+)
+from rodatlas.rods.kinematics import POSE, QUATERNION, balance, director_components, pose_of, quaternion_rate
+from rodatlas.rods.law import Law, LinearLaw
+from rodatlas.rods.poses import Clamps
+from rodatlas.rods.unknowns import FORCE, FORCE_SCALE, MOMENT_SCALE, space_force, symmetries_of, unit_length
+
+MOMENT = ("M1", "M2", "M3")
+UNKNOWNS = (*FORCE, *MOMENT, *POSE)
+SYMMETRIES = symmetries_of(MOMENT)
+"""Of a rod whose energy is even in k2 and in (k1, tau), between symmetric clamps; see :mod:`rodatlas.rods.symmetry`."""
+
+
+class ElasticRod(NamedTuple):
+    """A problem, and how its solutions are read: `RodState(solution, rod.formulation)`."""
+
+    problem: BVP
+    formulation: Formulation
+
+
+def elastic_rod(
+    law: Callable[[Any], Law], clamps: Callable[[Any], Clamps], parameters: Mapping[str, float], *,
+    symmetries: Sequence[Symmetry] = (), name: str = "elastic rod",
+) -> ElasticRod:  # fmt: skip
+    r"""Thirteen equations for (N, M, q, X), body components of force and moment.
+
+    .. math:: N' = N \times \omega, \quad M' = M \times \omega + N \times e_3, \quad X' = d_3,
+              \qquad \omega = \partial H/\partial M
+
+    Observables: height = int y ds, energy = int W ds, end_force_z = z component of the force in space at s = 0.
+
+    Parameters
+    ----------
+    law, clamps : functions of the parameters by name, numbers or symbols, as `p` below.
+    parameters : names and default values of the parameters that both use.
+    symmetries : of the problem, checked when it is made.
+
+    Raises
+    ------
+    ValueError
+        for a function of other parameters, or a symmetry that the problem does not have.
+
+    Examples
+    --------
+    A rod of equal bending stiffnesses between clamps of unequal angles:
+
+    >>> rod = elastic_rod(
+    ...     lambda p: LinearLaw(p.a, 1 / p.a),
+    ...     lambda p: Clamps(Pose.tilted(p.left, (0, 0, 0)), Pose.tilted(-p.right, (1 - p.dL, 0, 0))),
+    ...     {"a": 1.25, "left": 0.3, "right": 0.6, "dL": 0.5},
+    ... )
+    """
+
+    def strain_and_moment(u: Any, p: Any) -> tuple[list[Any], list[Any]]:
+        moment = [getattr(u, m) for m in MOMENT]
+        return law(p).strain(moment), moment
+
+    def rhs(s: Any, u: Any, p: Any) -> list[Any]:
+        strain, moment = strain_and_moment(u, p)
+        force_rate, moment_rate = balance([getattr(u, n) for n in FORCE], moment, strain)
+        q = [getattr(u, k) for k in QUATERNION]
+        return [*force_rate, *moment_rate, *quaternion_rate(q, *strain), *director_components(*q)[2]]
+
+    problem = BVP(
+        rhs, lambda left, right, p: clamps(p).residual(left, right), unknowns=UNKNOWNS, parameters=parameters,
+        observables={
+            "height": integral_of(lambda s, u, p: u.y),
+            "energy": integral_of(lambda s, u, p: law(p).energy_density(*strain_and_moment(u, p))),
+            "end_force_z": end_value(lambda left, right, p: space_force(left)[2]),
+        },
+        scales={**dict.fromkeys(FORCE, FORCE_SCALE), **dict.fromkeys(MOMENT, MOMENT_SCALE)},
+        symmetries=symmetries, identities=unit_length, name=name,
+    )  # fmt: skip
+    return ElasticRod(problem, formulation_with(law, clamps, tuple(parameters)))
+
+
+def formulation_with(
+    law: Callable[[Any], Law], clamps: Callable[[Any], Clamps], parameters: tuple[str, ...]
+) -> Formulation:
+    """How solutions of :func:`elastic_rod` are read, with the same arguments; the problem itself is not needed."""
+
+    def law_at(p: Parameters) -> Law:
+        return law(_named(p))
+
+    def read(u: Columns, p: Parameters) -> Sections:
+        return Sections.loaded(law_at(p), stacked(u, FORCE), stacked(u, MOMENT), *pose_of(u))
+
+    def write(x: Sections, p: Parameters) -> Columns:
+        return {**by_name(FORCE, x.force), **by_name(MOMENT, x.moment), **pose_columns(x)}
+
+    return Formulation(UNKNOWNS, parameters, law_at, lambda p: clamps(_named(p)), read, write)
+
+
+def _named(p: Parameters) -> Named:
+    return Named(tuple(p), tuple(p.values()))
+
+
+def _linear(p: Any) -> LinearLaw:
+    return LinearLaw(p.a, p.c2)
+
+
+def _symmetric(p: Any) -> Clamps:
+    return Clamps.symmetric(p.psi0, p.dL, p.dD)
+
+
+ANISOTROPIC = formulation_with(_linear, _symmetric, ("a", "c2", "psi0", "dL", "dD"))
+"""How solutions of :func:`anisotropic_rod` are read."""
+
+
+@lru_cache(maxsize=1)
+def anisotropic_rod() -> ElasticRod:
+    """The rod that bends to both sides, k2 = c2 M2, between the clamps of :class:`rodatlas.rods.Ends`.
+
+    Parameters: a = EI1/GJ, c2 = GJ/EI2, psi0 [rad], dL, dD. With c2 = 0 its states are those of
+    :func:`rodatlas.rods.rod_problem`; a rectangular section D x t has c2 = (t/D)^2/a.
+
+    Examples
+    --------
+    >>> rod = anisotropic_rod()
+    >>> start = RodState(state_at(Ends(45.0))).rewritten(rod.formulation, c2=0.0)
+    >>> branch = trace(rod.problem, start, ("c2",), TraceOptions(bounds={"c2": (0.0, 1.6)}))
+    """
+    parameters = dict(zip(ANISOTROPIC.parameters, (0.625, 0.0, np.pi, 1.0, 0.0), strict=True))
+    rod = elastic_rod(_linear, _symmetric, parameters, symmetries=SYMMETRIES, name="anisotropic rod")
+    return ElasticRod(rod.problem, ANISOTROPIC)

@@ -1,0 +1,44 @@
+"""What the unknowns of all rods between two clamps have in common: names, scales, symmetries, the force in space."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+from rodatlas.continuation.problem.symmetry import Symmetry
+from rodatlas.rods.kinematics import QUATERNION, in_space
+
+FORCE = ("N1", "N2", "N3")
+FORCE_SCALE, MOMENT_SCALE = 300.0, 60.0  # [GJ/L^2, GJ/L]
+
+
+def symmetries_of(loads: Sequence[str]) -> tuple[Symmetry, ...]:
+    """Reversal, both mirrors and the sign of the quaternion: of a rod between the clamps of `Ends`.
+
+    The energy is even in k2 and in (k1, tau). See :mod:`rodatlas.rods.symmetry` for the table.
+
+    Parameters
+    ----------
+    loads : (3,) names of the unknowns of bending about d1, bending about d2 and twist: moments or strains, which change
+        their signs together.
+    """
+    one, two, twist = loads
+    # q and -q are one rotation: the reversal of a state whose right clamp is reached at -q starts at -q
+    frame = {"q1": -1, "q3": -1}
+    swapped = {"q0": "q2", "q1": "-q3", "q2": "q0", "q3": "-q1"}
+    return (
+        Symmetry("reversal", {"N2": -1, two: -1, **frame, "x": "1 - dL - x", "z": "-dD - z"}, reverse=True),
+        Symmetry("angle mirror", {"N2": -1, one: -1, twist: -1, **frame, "y": -1}, {"psi0": -1}),
+        Symmetry("shear mirror", {"N1": -1, two: -1, twist: -1, **swapped, "z": -1}, {"dD": -1}),
+        Symmetry("quaternion sign", dict.fromkeys(QUATERNION, -1), gauge=True),
+    )
+
+
+def unit_length(u: Any, p: Any) -> Any:
+    """q . q - 1, an identity of every solution."""
+    return sum(getattr(u, k) ** 2 for k in QUATERNION) - 1
+
+
+def space_force(end: Any) -> list[Any]:
+    """Components in space of the force at an end, from its unknowns by name."""
+    return in_space([getattr(end, k) for k in QUATERNION], [getattr(end, n) for n in FORCE])
