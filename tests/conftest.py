@@ -2,6 +2,7 @@
 
 import pytest
 
+import one_thread  # noqa: F401  (before anything that loads NumPy)
 import small_results
 from rodatlas.atlas import LociSettings, SliceSettings
 from rodatlas.atlas.loci.obtain import obtain_loci
