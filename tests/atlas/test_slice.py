@@ -180,7 +180,7 @@ def test_smooth_cuts_do_not_depend_on_the_steps(slice_30):
     """U becomes w exactly where k1(1/2) = 0."""
     w = slice_30.state("w", 0.625)
     assert abs(w.low.solution(0.5, "k1")[0]) < 1e-6
-    coarse = compute_slice(SliceSettings(30.0, tolerance=1e-6), carry=False)
+    coarse = compute_slice(SliceSettings(30.0, tolerance=1e-6, search=0), carry=False)
     assert abs(coarse.state("w", 0.625).low.shear - w.low.shear) < 1e-6
 
 
@@ -233,7 +233,7 @@ def test_a_symmetric_branch_met_only_from_its_side_is_followed():
 @pytest.mark.slow
 def test_residual_inverted_state_keeps_its_name():
     """At 44 degrees the last of uUui lies between pitchfork 10 and fold 14."""
-    found = compute_slice(SliceSettings(44.0), carry=False)
+    found = compute_slice(SliceSettings(44.0, search=0), carry=False)
     short = next(s for s in found.states if s.name == "uUui" and s.path == "uUui")
     assert (short.low.number, short.high.number) == (10, 14)
 
@@ -248,7 +248,7 @@ def test_stability_is_known_close_to_the_limiting_shear():
 @pytest.mark.slow
 def test_nearly_straight_band():
     """At dL = 0.01 the clamps bend the band over: U is U at zero shear, then dimples without a bifurcation."""
-    found = compute_slice(SliceSettings(15.0, 0.01, shear_max=0.13, shear_min=-0.008), carry=False)
+    found = compute_slice(SliceSettings(15.0, 0.01, shear_max=0.13, shear_min=-0.008, search=0), carry=False)
     assert [s.name for s in found.states] == ["U", "w", "uUui"]
     assert found.states[0].shear[0] == -0.008
     assert any("turns back" in w for w in found.warnings)
