@@ -9,6 +9,12 @@ from rodatlas.atlas.loci.obtain import obtain_loci
 from rodatlas.atlas.slices.obtain import obtain_slice
 
 
+def pytest_collection_modifyitems(items):
+    """Files with slow tests come first: whatever is begun last is short, and no process is idle for long at the end."""
+    slow = {item.path for item in items if item.get_closest_marker("slow")}
+    items.sort(key=lambda item: item.path not in slow)
+
+
 @pytest.fixture(scope="session")
 def shared(tmp_path_factory, worker_id):
     """A folder for results that all workers use; who needs one that another is computing waits for it."""
