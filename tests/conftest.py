@@ -9,6 +9,7 @@ from rodatlas.atlas.loci.obtain import obtain_loci
 from rodatlas.atlas.slices.obtain import obtain_slice
 
 
+@pytest.hookimpl(tryfirst=True)  # before `-m "not slow"` takes some of them out
 def pytest_collection_modifyitems(items):
     """Files with slow tests come first: whatever is begun last is short, and no process is idle for long at the end."""
     slow = {item.path for item in items if item.get_closest_marker("slow")}
