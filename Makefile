@@ -4,6 +4,8 @@
 PYTHON ?= python3
 VENV := .venv
 BIN := $(VENV)/bin
+# Two processes, whole files in the order in which tests/conftest.py puts them.
+TWO := -n 2 --dist loadfile --no-loadscope-reorder
 
 .PHONY: setup environment demo test test-all lint bench docs clean
 
@@ -28,10 +30,10 @@ demo: setup
 	$(BIN)/rodatlas slice --angle 15 --out out
 
 test: setup
-	$(BIN)/python -m pytest -n 2 --dist loadfile -m "not slow"
+	$(BIN)/python -m pytest $(TWO) -m "not slow"
 
 test-all: setup
-	$(BIN)/python -m pytest -n 2 --dist loadfile --durations=50
+	$(BIN)/python -m pytest $(TWO) --durations=50
 
 lint: setup
 	$(BIN)/ruff check src tests benchmarks examples

@@ -30,6 +30,7 @@ from rodatlas.cli.app import app
 
 ROOT = Path(__file__).parents[1]
 PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").rglob("*.md"))]
+LONG = (ROOT / "README.md",)
 FENCE = re.compile(r"^```(?P<kind>[a-z]*)\n(?P<text>.*?)^```$", re.DOTALL | re.MULTILINE)
 COMMAND = re.compile(r"^(?:rodatlas|make|python|pip) .*$", re.MULTILINE)
 INLINE = re.compile(r"`((?:rodatlas|make|python|pip) [^`]+)`")
@@ -124,7 +125,9 @@ def check_tool(words: list[str]) -> None:
         assert (ROOT / words[1]).is_file(), words[1]
 
 
-@pytest.mark.parametrize("page", [p for p in PAGES if blocks(p)], ids=name_of)
+@pytest.mark.parametrize(
+    "page", [pytest.param(p, marks=[pytest.mark.slow] if p in LONG else []) for p in PAGES if blocks(p)], ids=name_of
+)
 def test_a_page_runs(
     page: Path, tmp_path: Path, small: None, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:

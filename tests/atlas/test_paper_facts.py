@@ -50,6 +50,7 @@ def u_branch(angle, compression=0.5, highest=0.86):
     return trace(rod_problem(), state_at(Ends(angle, compression)), ("dD",), options, both=False)
 
 
+@pytest.mark.slow
 def test_from_31_degrees_on_u_leads_to_the_limiting_shear_without_a_snap():
     """U, w and uUui are one stable branch; below 30.6 degrees it ends at fold 6."""
     path = u_branch(31.0)

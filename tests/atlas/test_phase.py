@@ -123,6 +123,7 @@ def test_slices_agree_with_the_faces_everywhere(diagram, slice_30):
         assert diagram.stable_at(30.0, shear) == stable_names(slice_30, shear)
 
 
+@pytest.mark.slow
 def test_only_one_path_is_left_above_77_degrees(last):
     assert last.warnings == ()
     high = [(a, d) for a in (77.2, 78.4, 79.8) for d in np.linspace(-0.0999, 0.8599, 30)]
@@ -133,6 +134,7 @@ def test_only_one_path_is_left_above_77_degrees(last):
     assert "W is no longer stable: pitchfork 3 and its mirror image annihilate" in {e.description for e in last.events}
 
 
+@pytest.mark.slow
 def test_symmetric_in_shear(last):
     """dD to -dD is a symmetry of the band; both sides were computed."""
     for angle in np.linspace(76.65, 79.9, 14):

@@ -103,6 +103,7 @@ def test_thirty_degrees(slice_30):
     assert index_of(solution).index == 0
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("factor", [0.3, 3.0])
 def test_nothing_is_missed_when_steps_change(slice_15, factor, monkeypatch):
     """The lists of bifurcations are the same when all steps are scaled."""
@@ -179,7 +180,7 @@ def test_smooth_cuts_do_not_depend_on_the_steps(slice_30):
     """U becomes w exactly where k1(1/2) = 0."""
     w = slice_30.state("w", 0.625)
     assert abs(w.low.solution(0.5, "k1")[0]) < 1e-6
-    coarse = compute_slice(SliceSettings(30.0, tolerance=1e-6), carry=False)
+    coarse = compute_slice(SliceSettings(30.0, tolerance=1e-6, search=0), carry=False)
     assert abs(coarse.state("w", 0.625).low.shear - w.low.shear) < 1e-6
 
 
@@ -205,6 +206,7 @@ def test_a_state_that_cannot_be_carried_over_is_said(slice_15, monkeypatch):
     assert all(w.startswith(f"branch U@15,0.5.{k + 1}: not carried over: ") for k, w in enumerate(warnings))
 
 
+@pytest.mark.slow
 def test_states_on_small_loops_are_carried_to_large_angles():
     """US lives on an isolated loop up to about 72.6 degrees, and at small compressions."""
     found = compute_slice(SliceSettings(70.0, search=0))
@@ -213,6 +215,7 @@ def test_states_on_small_loops_are_carried_to_large_angles():
     assert us.shear == pytest.approx((0.3696, 0.5507), abs=1e-3)
 
 
+@pytest.mark.slow
 def test_a_symmetric_branch_met_only_from_its_side_is_followed():
     """At 40 degrees a reversal-broken branch ends on a symmetric one that nothing else reaches."""
     found = compute_slice(SliceSettings(40.0), carry=False)
@@ -227,22 +230,25 @@ def test_a_symmetric_branch_met_only_from_its_side_is_followed():
     assert found.warnings == ()
 
 
+@pytest.mark.slow
 def test_residual_inverted_state_keeps_its_name():
     """At 44 degrees the last of uUui lies between pitchfork 10 and fold 14."""
-    found = compute_slice(SliceSettings(44.0), carry=False)
+    found = compute_slice(SliceSettings(44.0, search=0), carry=False)
     short = next(s for s in found.states if s.name == "uUui" and s.path == "uUui")
     assert (short.low.number, short.high.number) == (10, 14)
 
 
+@pytest.mark.slow
 def test_stability_is_known_close_to_the_limiting_shear():
     found = compute_slice(SliceSettings(15.0, shear_max=0.858, search=0))
     assert found.warnings == ()
     assert {s.name for s in found.states if s.shear[1] == pytest.approx(0.858)} == {"US+-", "uUu", "uUui"}
 
 
+@pytest.mark.slow
 def test_nearly_straight_band():
     """At dL = 0.01 the clamps bend the band over: U is U at zero shear, then dimples without a bifurcation."""
-    found = compute_slice(SliceSettings(15.0, 0.01, shear_max=0.13, shear_min=-0.008), carry=False)
+    found = compute_slice(SliceSettings(15.0, 0.01, shear_max=0.13, shear_min=-0.008, search=0), carry=False)
     assert [s.name for s in found.states] == ["U", "w", "uUui"]
     assert found.states[0].shear[0] == -0.008
     assert any("turns back" in w for w in found.warnings)

@@ -27,6 +27,7 @@ def alone():
         return compute_slice(SliceSettings(30.0))
 
 
+@pytest.mark.slow
 def test_isolated_states_are_found_without_being_carried_over(alone, slice_30):
     """US+- and uUu lie on branches of their own; two independent ways lead to the same ones."""
     assert alone.warnings == ()

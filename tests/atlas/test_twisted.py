@@ -138,7 +138,7 @@ def test_names_numbers_and_ends_at_15_degrees(slice_15):
 
 
 def test_whole_loops_in_a_wide_slice():
-    found = compute_slice(SliceSettings(15.0, shear_min=-0.15, shear_max=0.15), carry=False)
+    found = compute_slice(SliceSettings(15.0, shear_min=-0.15, shear_max=0.15, search=0), carry=False)
     loops = [b for b in found.branches if b.id.startswith("T")]
     assert [b.id for b in loops] == ["TU", "TW"]
     assert all(b.followed.branch.closed for b in loops)

@@ -7,6 +7,7 @@ from rodatlas.atlas import SliceSettings, compute_slice
 from rodatlas.atlas.slices.match import crossings, lies_on
 from rodatlas.rods import RodState, critical_mode, index_of, mirror_angle, reverse
 
+pytestmark = pytest.mark.slow
 SETTINGS = SliceSettings(0.0, search=0)
 
 

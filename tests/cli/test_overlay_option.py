@@ -6,6 +6,7 @@ from pathlib import Path
 import pytest
 
 from rodatlas.cli import main
+from small_results import plain_figure
 
 EXAMPLE = Path(__file__).parents[2] / "examples/data/synthetic-ranges-15deg.csv"
 
@@ -17,7 +18,8 @@ def run(capsys, *arguments):
     return stop.value.code, out.out, out.err
 
 
-def test_overlay_adds_a_table_a_figure_and_json(capsys, tmp_path, slice_15):
+def test_overlay_adds_a_table_a_figure_and_json(capsys, tmp_path, monkeypatch, slice_15):
+    monkeypatch.setattr("rodatlas.plot.draw_slice_figure", plain_figure)
     slice_15.save(tmp_path / "slice-15.h5")
     code, out, err = run(capsys, "--out", tmp_path, "--overlay", EXAMPLE, "--band", "240x3x0.127", "--json", "-")
     assert code == 0

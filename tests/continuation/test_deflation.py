@@ -131,6 +131,7 @@ def test_nothing_is_found_where_nothing_is() -> None:
     assert other_solutions(gelfand(), [only]) == []
 
 
+@pytest.mark.slow
 def test_the_guided_elastica_has_two_states_per_buckled_mode() -> None:
     """Between the Euler loads (n pi)^2 and ((n + 1) pi)^2 there are the straight state and n pairs."""
     bvp, load = guided_elastica(), 60.0
@@ -167,6 +168,7 @@ def test_the_clamped_elastica_above_its_second_euler_load() -> None:
     assert sum(s["k0"] for s in known) == pytest.approx(0.0, abs=1e-6)  # two pairs
 
 
+@pytest.mark.slow
 def test_phase_separation_has_a_pair_for_each_wave_that_fits() -> None:
     """Mean zero: waves n = 1, 2, 3 with eps pi n < 1, each up and down; mu, solved for, vanishes by symmetry."""
     bvp = phase_separation()

@@ -22,7 +22,7 @@ from rodatlas.continuation import Branch, Locus, Solution, StepControl, TraceOpt
 
 EXAMPLES = sorted((Path(__file__).parents[2] / "examples").glob("*.py"))
 LONG = ("arch", "auto_kar", "auto_spb", "gelfand", "phase_separation")  # more than two seconds each time
-FACTORS = ((0.3, 1.0), (3.0, 1.0), (1.0, 0.5), (1.0, 2.0))  # of steps and meshes
+FACTORS = (pytest.param(0.3, 1.0, marks=pytest.mark.slow), (3.0, 2.0), (1.0, 0.5))  # of steps and meshes
 SAME = 1e-6
 TOUCHES = ("arch",)  # a mode that reaches zero and turns (the third, at q = 3 pi^4 for a rise of 3) is no branch point,
 # but told as nearly singular where a step comes close enough to it

@@ -76,7 +76,9 @@ def test_square_symmetry_along_the_trunk(b, lam, factor):
     assert (round(ahead.scalars[0], 6), round(behind.scalars[0], 6)) == (1, -1)
 
 
-@pytest.mark.parametrize("factor", [0.1, 1, 3, 10])
+@pytest.mark.parametrize(
+    "factor", [pytest.param(0.1, marks=pytest.mark.slow), 1, 3, pytest.param(10, marks=pytest.mark.slow)]
+)
 @pytest.mark.parametrize("start", [(0.6, 0.0), (0.1, 0.0), (0.3, 0.3), (-0.05, -0.05)])
 def test_square_symmetry_along_a_side_branch(start, factor):
     """The parameter turns there, and the index stays; no fold or second branch point is invented nearby."""
@@ -134,6 +136,7 @@ def test_triangle_symmetry(factor):
         assert line.discrepancies == ()
 
 
+@pytest.mark.slow
 def test_three_modes_at_once():
     """Before, the determinant changed sign and one simple branch point was reported."""
     bvp = cube(0.5)
@@ -193,6 +196,7 @@ def test_rays_that_cannot_be_confirmed_are_counted():
     assert np.linalg.norm(branches[:, None] - exact[None], axis=2).min(axis=1).max() < 1e-6
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("apart", [0.0, 1e-3, 1e-5])
 def test_two_oscillators(apart):
     """One double point, or two simple ones, which are told apart without the shortest of steps."""

@@ -2,7 +2,6 @@
 
 import pytest
 
-from rodatlas.atlas import SliceSettings, compute_slice
 from rodatlas.paper.sources import Sources
 
 
@@ -29,9 +28,3 @@ def folder(tmp_path_factory, slice_15, slice_30):
 @pytest.fixture(scope="session")
 def sources(folder, slice_15, slice_30, loci):
     return Given(folder, {15.0: slice_15, 30.0: slice_30}, loci)
-
-
-@pytest.fixture(scope="session")
-def slice_60():
-    """Only what goes on to high shear is carried over and followed."""
-    return compute_slice(SliceSettings(60.0))

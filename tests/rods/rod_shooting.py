@@ -37,6 +37,20 @@ def spin(q, strain):
     return 0.5 * np.stack(rate, axis=-1)
 
 
+def crossed(v):
+    """Matrices (..., 3, 3) whose product x @ crossed(v) is the cross product of x and `v` (..., 3).
+
+    `np.cross` takes several times as long on few vectors, and the tests need some hundred thousand of them.
+    """
+    matrix = np.zeros((*np.shape(v), 3))
+    for i, j, k in ((0, 1, 2), (1, 2, 0), (2, 0, 1)):
+        matrix[..., j, i], matrix[..., k, i] = v[..., k], -v[..., j]
+    return matrix
+
+
+E3 = crossed(np.array([0.0, 0.0, 1.0]))
+
+
 def clamp(angle):
     """Quaternion (4,) of a clamp parallel to the width direction whose tangent makes `angle` with the x axis."""
     c, s = np.cos(angle / 2) / np.sqrt(2), np.sin(angle / 2) / np.sqrt(2)
@@ -57,14 +71,9 @@ class Equilibrium:
         """dy/ds of y = (q, X, N, M) (13,)."""
         q, force, moment = y[:4], y[7:10], y[10:13]
         strain = self.compliance @ moment
-        frame = directors(q)
+        frame, across = directors(q), crossed(strain)
         return np.concatenate(
-            [
-                spin(q, strain),
-                frame[2],
-                np.cross(force, strain) - frame @ self.load,
-                np.cross(moment, strain) + np.cross(force, [0.0, 0.0, 1.0]),
-            ]
+            [spin(q, strain), frame[2], force @ across - frame @ self.load, moment @ across + force @ E3]
         )
 
     @cached_property

@@ -7,7 +7,7 @@ import sys
 
 import numpy as np
 import pytest
-from rod_shooting import Equilibrium, clamp, directors, follow_shear, spin, symmetric_band
+from rod_shooting import E3, Equilibrium, clamp, crossed, directors, follow_shear, spin, symmetric_band
 
 from rodatlas.rods.conjugate_points import index_nodes, morse_index
 from rodatlas.rods.law import LinearLaw
@@ -43,22 +43,15 @@ def by_determinant(state, count=400):
     dM' = dM x w + M x dw + dN x e3, dN' = dN x w + N x dw, th' = dw - w x th, ze' = -w x ze + th x e3 with
     dw = C dM; no normalization, so for moderate forces only. Pairs of zeros between two samples are missed.
     """
-    e3, h = np.array([0.0, 0.0, 1.0]), 1.0 / count
+    h = 1.0 / count
     s = np.linspace(0.0, 1.0, 2 * count + 1)
-    _, _, force, moment, strain = state.fields(s)
+    force, moment, strain = (crossed(x) for x in state.fields(s)[2:])
 
     def rate(i, y):
         m, n, theta, zeta = y
         dw = m @ state.compliance
         w = strain[i]
-        return np.array(
-            [
-                np.cross(m, w) + np.cross(moment[i], dw) + np.cross(n, e3),
-                np.cross(n, w) + np.cross(force[i], dw),
-                dw - np.cross(w, theta),
-                np.cross(theta, e3) - np.cross(w, zeta),
-            ]
-        )
+        return np.array([m @ w - dw @ moment[i] + n @ E3, n @ w - dw @ force[i], dw + theta @ w, theta @ E3 + zeta @ w])
 
     y, signs = np.zeros((4, 6, 3)), []
     y[0, :3], y[1, 3:] = np.eye(3), np.eye(3)

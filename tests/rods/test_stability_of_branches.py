@@ -3,7 +3,6 @@
 import numpy as np
 import pytest
 
-from rodatlas.atlas import SliceSettings, compute_slice
 from rodatlas.rods import RodState, index_of
 from rodatlas.rods.second_variation import second_variation_index
 
@@ -16,9 +15,9 @@ def sample(slice_, every):
                 yield b.id, point.solution
 
 
-@pytest.mark.parametrize(("angle", "every"), [(15.0, 4), (45.0, 5)])
-def test_conjugate_points_and_second_variation_agree(angle, every):
-    found = compute_slice(SliceSettings(angle, shear_max=0.8, search=0), carry=angle > 20)
+@pytest.mark.parametrize(("angle", "every"), [(15, 4), pytest.param(60, 5, marks=pytest.mark.slow)])
+def test_conjugate_points_and_second_variation_agree(angle, every, request):
+    found = request.getfixturevalue(f"slice_{angle}")
     s = np.linspace(0.0, 1.0, 201)
     checked, skipped, indices = 0, 0, set()
     for ident, solution in sample(found, every):

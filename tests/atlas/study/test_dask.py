@@ -74,6 +74,7 @@ def cluster(tmp_path_factory):
     found.close()
 
 
+@pytest.mark.slow
 def test_a_killed_worker_loses_no_task(cluster, tmp_path):
     first, second = cluster.worker(), cluster.worker()
     study = Study("dask", tuple(cheap(i, pause=0.1) for i in range(12)))
@@ -138,6 +139,7 @@ def test_without_dask_the_message_says_what_to_install(tmp_path, monkeypatch):
         run_study(Study("dask", (cheap(0),)), tmp_path, scheduler="tcp://127.0.0.1:9")
 
 
+@pytest.mark.slow
 def test_a_scheduler_that_dies_ends_the_study_and_keeps_what_is_finished(tmp_path):
     own = Cluster(tmp_path)
     try:

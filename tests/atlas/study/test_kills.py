@@ -14,7 +14,7 @@ from cheap import cheap, journal
 from test_local import gone
 from test_study import content
 
-from rodatlas.atlas import Slice, SliceSettings, compute_slice
+from rodatlas.atlas import Slice
 from rodatlas.atlas.study import LocalExecutor, Study, list_folder, run_study
 from rodatlas.atlas.study.integrity import read_everything
 
@@ -101,9 +101,9 @@ def _compare_with_undisturbed(study, folder, reference):
     assert list_folder(folder, thorough=True).count("complete") == TASKS
 
 
-def test_a_slice_that_was_killed_resumes_with_its_finished_branches(tmp_path):
+def test_a_slice_that_was_killed_resumes_with_its_finished_branches(tmp_path, near_zero):
     """A real slice: after a kill in the middle, its finished branches are used and the numbers are the same."""
-    settings = SliceSettings(15.0, shear_max=0.02, shear_min=0.0, tolerance=1e-6, search=0)
+    settings = near_zero.settings
     study = Study.of("slice", [settings, replace(settings, poisson=0.3)])
     code = (
         "import sys\nfrom rodatlas.atlas import SliceSettings\nfrom rodatlas.atlas.study import Study, run_study\n"
@@ -130,5 +130,4 @@ def test_a_slice_that_was_killed_resumes_with_its_finished_branches(tmp_path):
     assert not result.failed
     assert times == kept  # never written again
     found = Slice.load(result.path(settings)).to_json()
-    undisturbed = compute_slice(settings).to_json()
-    assert {**found, "seconds": 0} == {**undisturbed, "seconds": 0}
+    assert {**found, "seconds": 0} == {**near_zero.to_json(), "seconds": 0}

@@ -4,11 +4,11 @@ from dataclasses import replace
 
 import pytest
 
-from rodatlas.atlas import Slice, SliceSettings, compute_slice
+from rodatlas.atlas import Slice, SliceSettings
 from rodatlas.atlas.slices.obtain import stem_of
 from rodatlas.atlas.study import TasksFailed, obtain_slices
 
-NEAR = SliceSettings(15.0, shear_max=0.02, shear_min=0.0, tolerance=1e-6, search=0)  # about a second
+NEAR = SliceSettings(15.0, shear_max=0.02, shear_min=0.0, tolerance=1e-6, search=0)  # of the fixture near_zero
 OTHER = replace(NEAR, poisson=0.3)
 
 
@@ -16,10 +16,10 @@ def values(slice_):
     return {k: v for k, v in slice_.to_json().items() if k != "seconds"}
 
 
-def test_two_processes_give_what_one_gives(tmp_path):
+def test_two_processes_give_what_one_gives(tmp_path, near_zero):
     heard, said = [], []
     found = obtain_slices([NEAR, OTHER, NEAR], tmp_path, 2, lambda *args: heard.append(args), say=said.append)
-    assert values(found[0]) == values(compute_slice(NEAR))
+    assert values(found[0]) == values(near_zero)
     assert found[0] is found[2]
     assert found[1].settings == OTHER
     assert {p.name for p in tmp_path.iterdir()} == {f"{stem_of(s)}.h5" for s in (NEAR, OTHER)}
