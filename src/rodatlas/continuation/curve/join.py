@@ -10,10 +10,11 @@ from typing import Any
 
 import numpy as np
 
+from rodatlas.continuation.curve.march import Step
 from rodatlas.continuation.curve.options import TraceOptions
 from rodatlas.continuation.curve.point import Frame
 from rodatlas.continuation.curve.resolve import doubted
-from rodatlas.continuation.curve.walker import Step, Walker
+from rodatlas.continuation.curve.walker import Walker
 from rodatlas.continuation.discrete.collocation import Collocation, scaled
 from rodatlas.continuation.discrete.newton import NewtonCode
 from rodatlas.continuation.discrete.solution import Solution
@@ -72,7 +73,7 @@ class Half:
     """The steps of one walker, and why they end."""
 
     def __init__(self, walker: Walker, guard: Guard, on_point: Callable[[Point], None] | None):
-        self.walker, self.steps = walker, list[Step]()
+        self.walker, self.steps = walker, list[Step[Point, SpecialPoint]]()
         self._guard, self._on_point = guard, on_point
         self.end = EndReason.INTERRUPTED
 
