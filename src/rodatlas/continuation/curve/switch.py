@@ -8,7 +8,7 @@ from numbers import Real
 
 import numpy as np
 
-from rodatlas.continuation.checks import check_type, shown
+from rodatlas.continuation.checks import check_each, check_type, shown
 from rodatlas.continuation.curve.options import TraceOptions
 from rodatlas.continuation.curve.point import Frame, with_tests
 from rodatlas.continuation.curve.settle import across, settled
@@ -62,8 +62,8 @@ def switch(
     switch_all : every other branch, to both sides.
     """
     check_type("bvp", bvp, BVP, "a BVP")
-    _check(bvp, at, side, ray)
-    options = options or TraceOptions()
+    _check(bvp, at, side, ray, free)
+    options = TraceOptions.given(options)
     options.check_names(bvp, free)
     start = _departure(bvp, at, tuple(free), options, (2 if side == 1 else 3) if ray is None else ray, scale)
     return None if start is None else _followed(at, start, options, first_step)
@@ -83,8 +83,8 @@ def switch_all(
     switch : one of them, with the same parameters and exceptions.
     """
     check_type("bvp", bvp, BVP, "a BVP")
-    _check(bvp, at, 1, None)
-    options = options or TraceOptions()
+    _check(bvp, at, 1, None, free)
+    options = TraceOptions.given(options)
     options.check_names(bvp, free)
     found = []
     for ray in range(2, max(4, len(at.rays)) if at.multiplicity == 1 else len(at.rays)):
@@ -110,14 +110,15 @@ class _Departure:
         return add(self.origin.x, *terms)
 
 
-def _check(bvp: BVP, at: SpecialPoint, side: int, ray: int | None) -> None:
+def _check(bvp: BVP, at: SpecialPoint, side: int, ray: int | None, free: Sequence[str]) -> None:
     """Raise ValueError when no branch can be followed from here, or the choice does not exist."""
+    check_each("free", free, str, "names of parameters such as ('lam',)")
     if not isinstance(at, SpecialPoint):
         raise ValueError(f"at: expected a special point of a branch, got {at!r}")
     if at.kind != "branch point":
         raise ValueError(f"at: expected a branch point, got a {at.kind}")
-    if side not in (1, -1):
-        raise ValueError(f"side: expected 1 or -1, got {side!r}")
+    if isinstance(side, bool) or side not in (1, -1):
+        raise ValueError(f"side: expected 1 or -1, got {shown(side)}")
     if at.continuum and not bvp.generators:
         raise ValueError(UNDECLARED)
     count = max(4, len(at.rays)) if at.multiplicity == 1 else len(at.rays)

@@ -6,12 +6,21 @@ import math
 import os
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from numbers import Integral, Real
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from rodatlas.continuation.checks import as_array
-from rodatlas.continuation.linear.gauss import gauss_scheme
+from rodatlas.continuation.checks import (
+    as_array,
+    as_finite,
+    check_distinct,
+    check_each,
+    check_function,
+    check_type,
+    shown,
+)
+from rodatlas.continuation.linear.gauss import MOST_POINTS, gauss_scheme
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -65,7 +74,13 @@ class Solution:
         return self.stages.shape[1]
 
     def parameter(self, name: str) -> float:
-        return float(self.parameters[self.parameter_names.index(name)])
+        """The value of one parameter."""
+        return float(self.parameters[self._place_of(name)])
+
+    def _place_of(self, parameter: str) -> int:
+        if parameter not in self.parameter_names:
+            raise ValueError(f"parameter: expected one of {', '.join(self.parameter_names)}, got {shown(parameter)}")
+        return self.parameter_names.index(parameter)
 
     def __getitem__(self, name: str) -> Any:
         """A parameter or observable (float), or an unknown at the mesh points (N+1,)."""
@@ -73,10 +88,10 @@ class Solution:
             return self.parameter(name)
         if name in self.unknowns:
             return self.values[:, self.unknowns.index(name)]
-        if name in self.observables:
+        if isinstance(name, str) and name in self.observables:
             return self.observables[name]
         known = ", ".join((*self.unknowns, *self.parameter_names, *self.observables))
-        raise KeyError(f"expected one of {known}, got {name!r}")
+        raise KeyError(f"name: expected one of {known}, got {shown(name)}")
 
     @property
     def s(self) -> np.ndarray:
@@ -128,7 +143,11 @@ class Solution:
 
     def remesh(self, mesh: np.ndarray, points: int | None = None) -> Solution:
         """The same functions interpolated on another mesh (to be corrected by Newton before use)."""
-        points = points or self.points
+        points = self.points if points is None else points
+        _check_points(points)
+        mesh = as_array("mesh", mesh)
+        if mesh.ndim != 1 or len(mesh) < 2 or not (mesh[0] == 0.0 and mesh[-1] == 1.0 and (np.diff(mesh) > 0).all()):
+            raise ValueError(f"mesh: expected strictly increasing numbers from 0 to 1, got {_brief(mesh)}")
         gauss = stage_points(mesh, points)
         stages = self._at(gauss.ravel()).reshape(*gauss.shape, -1)
         return replace(self, mesh=mesh, values=self._at(mesh), stages=stages, error=float("nan"))
@@ -154,7 +173,7 @@ class Solution:
         """A copy with some parameters changed; it solves the problem only after a new correction."""
         parameters = self.parameters.copy()
         for key, value in values.items():
-            parameters[self.parameter_names.index(key)] = value
+            parameters[self._place_of(key)] = as_finite("parameters", key, value)
         return replace(self, parameters=parameters)
 
     def save(self, path: str | os.PathLike[str]) -> None:
@@ -198,11 +217,15 @@ class Solution:
         ValueError
             when the function returns another shape, or NaN.
         """
+        check_function("function", function)
+        check_type("intervals", intervals, Integral, "a whole number")
         if intervals < 1:
             raise ValueError(f"intervals: expected at least 1, got {intervals}")
+        _check_points(points)
         names, numbers = _checked_names(unknowns, parameters)
+        check_each("interval", interval, Real, "two numbers a < b")
         if len(interval) != 2 or not -math.inf < interval[0] < interval[1] < math.inf:
-            raise ValueError(f"interval: expected two numbers a < b, got {interval}")
+            raise ValueError(f"interval: expected two numbers a < b, got {shown(interval)}")
         mesh, places = np.linspace(0.0, 1.0, intervals + 1), np.column_stack([[0.0, 1.0], interval])
         gauss = stage_points(mesh, points)
         values, stages = (_table(f"function({len(x)} values of s)", function(np.interp(x, *places.T)), len(x), names)
@@ -228,7 +251,8 @@ class Solution:
             when `s` does not increase, or `values` has another shape, or either holds NaN.
         """
         names, numbers = _checked_names(unknowns, parameters)
-        at = np.asarray(s, dtype=float)
+        _check_points(points)
+        at = as_array("s", s)
         if at.ndim != 1 or len(at) < 2 or not np.isfinite(at).all() or not (np.diff(at) > 0).all():
             raise ValueError(f"s: expected at least two finite, strictly increasing numbers, got {_brief(at)}")
         mesh = (at - at[0]) / (at[-1] - at[0])
@@ -265,6 +289,8 @@ class Solution:
         import pandas as pd
 
         names, _ = _checked_names(unknowns, parameters)
+        _check_points(points)
+        check_type("s", s, str, "the name of a column")
         where = "table"
         if isinstance(table, (str, os.PathLike)):
             where = os.fspath(table)
@@ -272,6 +298,8 @@ class Solution:
                 table = _read_csv(where)
             except (pd.errors.ParserError, pd.errors.EmptyDataError, UnicodeDecodeError) as error:
                 raise ValueError(f"{where}: expected a CSV file with named columns, got: {error}") from None
+        elif not isinstance(table, (pd.DataFrame, Mapping)):
+            raise ValueError(f"table: expected a path, a DataFrame or a mapping of columns, got {shown(table)}")
         found = [str(name) for name in table]
         if missing := [name for name in (s, *names) if name not in found]:
             raise ValueError(f"{where}: expected the columns {', '.join((s, *names))}, got {', '.join(found)} "
@@ -311,14 +339,19 @@ def _is_number(text: str) -> bool:
 
 def _checked_names(unknowns: Sequence[str], parameters: Mapping[str, float]) -> tuple[tuple[str, ...], np.ndarray]:
     """Names of the unknowns and values of the parameters (np,)."""
-    if isinstance(unknowns, str) or not all(isinstance(name, str) for name in unknowns) or not unknowns:
-        raise ValueError(f"unknowns: expected a sequence of names such as ('u', 'v'), got {unknowns!r}")
-    if not isinstance(parameters, Mapping):
-        raise ValueError(f"parameters: expected a mapping of names to numbers, got {parameters!r}")
-    for name, value in parameters.items():
-        if isinstance(value, (str, complex)) or value is None or not math.isfinite(value):
-            raise ValueError(f"parameters: expected a finite number for '{name}', got {value!r}")
-    return tuple(unknowns), np.array(list(parameters.values()), float)
+    what = "a sequence of names such as ('u', 'v')"
+    check_distinct("unknowns", unknowns, what)
+    if not len(unknowns):
+        raise ValueError(f"unknowns: expected {what}, got {shown(unknowns)}")
+    check_type("parameters", parameters, Mapping, "a mapping of names to numbers")
+    check_distinct("parameters", parameters, "a mapping of names to numbers")
+    return tuple(unknowns), np.array([as_finite("parameters", name, parameters[name]) for name in parameters], float)
+
+
+def _check_points(points: object) -> None:
+    check_type("points", points, Integral, "a whole number")
+    if not 1 <= points <= MOST_POINTS:  # type: ignore[operator]
+        raise ValueError(f"points: expected 1 to {MOST_POINTS} Gauss points per interval, got {points}")
 
 
 def _table(field: str, values: Any, rows: int, names: tuple[str, ...]) -> np.ndarray:

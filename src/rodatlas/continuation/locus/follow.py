@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import replace
 
-from rodatlas.continuation.checks import check_each, check_type
+from rodatlas.continuation.checks import check_each, check_flag, check_type
 from rodatlas.continuation.curve.options import TraceOptions
 from rodatlas.continuation.curve.orbit import bare_scale, member_near
 from rodatlas.continuation.curve.trace import NotConverged
@@ -61,6 +61,7 @@ def follow_locus(
     check_type("bvp", bvp, BVP, "a BVP")
     check_type("start", start, (SpecialPoint, LocusEvent), "a special point of a branch or locus")
     check_each("free", free, str, "names of parameters such as ('lam', 'mu')")
+    check_flag("both", both)
     names = list(dict.fromkeys(free))
     followed = max(bvp.n_free, len(start.free)) if bvp.generators and isinstance(start, SpecialPoint) else bvp.n_free
     unprotected = len(names) == followed + 2
@@ -68,7 +69,7 @@ def follow_locus(
         start = branch_point_of(start, unprotected)
     if len(names) != followed + 1 and not (unprotected and start.kind == "branch point"):
         raise ValueError(f"free: expected {followed + 1} parameter names for a locus, got {list(free)}")
-    options = options or TraceOptions()
+    options = TraceOptions.given(options)
     if start.kind.startswith(EXTREMUM):
         return follow_extremum(follow_locus, bvp, start, names, options, both)
     sought = Sought(UNPROTECTED) if unprotected else Sought.of(start)

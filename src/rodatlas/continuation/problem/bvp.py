@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Mapping, Sequence
 from copy import copy
 from dataclasses import replace
@@ -10,9 +9,10 @@ from typing import Any
 
 import numpy as np
 
+from rodatlas.continuation.checks import as_finite, check_distinct, check_function, check_type, shown
 from rodatlas.continuation.problem.continuous import ContinuousSymmetry, Generator, generators
 from rodatlas.continuation.problem.layout import Inner, Place, check_place
-from rodatlas.continuation.problem.observable import Observable, check_function
+from rodatlas.continuation.problem.observable import Observable
 from rodatlas.continuation.problem.symmetry import Symmetry, check_names, checked, widened
 from rodatlas.continuation.problem.traced import Statement, Trace
 
@@ -103,13 +103,16 @@ class BVP:
         log: Sequence[str] = (),
         name: str = "bvp",
     ):
+        check_type("name", name, str, "a text")
         self.name = name
         self.unknowns = _names("unknowns", unknowns)
         self.parameters = _numbers("parameters", {} if parameters is None else parameters)
-        self.observables = dict(observables or {})
-        self.scales = _numbers("scales", scales or {})
+        observables = {} if observables is None else observables
+        check_type("observables", observables, Mapping, "a mapping of names to observables")
+        self.observables = dict(observables)
+        self.scales = _numbers("scales", {} if scales is None else scales)
         _check_names(self.unknowns, self.parameters, self.observables, self.scales)
-        functions = _functions("rhs", rhs), _functions("integrals", integrals or ())
+        functions = _functions("rhs", rhs), _functions("integrals", () if integrals is None else integrals)
         _check_functions(functions[0], boundary, functions[1], self.observables)
         self.log = _log("log", log, self.parameters)
         self._state(Statement(
@@ -161,16 +164,18 @@ class BVP:
         return tuple(self.parameters)
 
     def parameter_index(self, name: str) -> int:
-        if name not in self.parameters:
-            raise ValueError(f"parameter: expected one of {', '.join(self.parameters)}, got '{name}'")
+        if name not in self.parameter_names:
+            raise ValueError(f"parameter: expected one of {', '.join(self.parameters)}, got {shown(name)}")
         return self.parameter_names.index(name)
 
     def parameter_vector(self, values: Mapping[str, float] | None = None) -> np.ndarray:
         """Values of all parameters (np,), the defaults overridden by `values`."""
+        values = {} if values is None else values
+        check_type("parameters", values, Mapping, "a mapping of names to numbers")
         merged = dict(self.parameters)
-        for key, value in (values or {}).items():
+        for key, value in values.items():
             self.parameter_index(key)
-            merged[key] = _number("parameters", key, value)
+            merged[key] = as_finite("parameters", key, value)
         return np.array(list(merged.values()), dtype=float)
 
     def with_parameter(self, name: str) -> BVP:
@@ -298,25 +303,13 @@ class BVP:
 
 
 def _names(field: str, names: Any) -> tuple[str, ...]:
-    if isinstance(names, str) or not all(isinstance(name, str) for name in names):
-        raise ValueError(f"{field}: expected a sequence of names such as ('u', 'v'), got {names!r}")
+    check_distinct(field, names, "a sequence of names such as ('u', 'v')")
     return tuple(names)
 
 
 def _numbers(field: str, values: Any) -> dict[str, float]:
-    if not isinstance(values, Mapping):
-        raise ValueError(f"{field}: expected a mapping of names to numbers, got {values!r}")
-    return {name: _number(field, name, values[name]) for name in _names(field, values)}
-
-
-def _number(field: str, name: str, value: Any) -> float:
-    try:
-        number = float("nan") if isinstance(value, str) else float(value)
-    except (TypeError, ValueError):
-        number = float("nan")
-    if not math.isfinite(number):
-        raise ValueError(f"{field}: expected a finite number for '{name}', got {value!r}")
-    return number
+    check_type(field, values, Mapping, "a mapping of names to numbers")
+    return {name: as_finite(field, name, values[name]) for name in _names(field, values)}
 
 
 def _check_names(
@@ -327,6 +320,7 @@ def _check_names(
 ) -> None:
     if not unknowns:
         raise ValueError("unknowns: expected at least one name, got none")
+    check_distinct("observables", observables, "a mapping of names to observables")
     names = [*unknowns, *parameters]
     for name in (everything := [*names, *observables]):
         if not name.isidentifier() or everything.count(name) > 1:
@@ -342,7 +336,7 @@ def _functions(field: str, given: Any) -> tuple[Callable[..., Any], ...]:
     if callable(given):
         return (given,)
     if not isinstance(given, Sequence) or isinstance(given, str):
-        raise ValueError(f"{field}: expected a function or a sequence of functions, got {given!r}")
+        raise ValueError(f"{field}: expected a function or a sequence of functions, got {shown(given)}")
     return tuple(given)
 
 
