@@ -190,7 +190,7 @@ def other_solutions(
 
 
 def _check_factor(power: object, shift: object) -> None:
-    numbers = all(isinstance(x, Real) and not isinstance(x, bool) and np.isfinite(x) for x in (power, shift))
+    numbers = all(isinstance(x, Real) and not isinstance(x, bool) and x < np.inf for x in (power, shift))
     if not (numbers and power >= 1 and shift >= 0):  # type: ignore[operator]
         raise ValueError(
             f"power, shift: expected finite numbers power >= 1 and shift >= 0, got {shown(power)}, {shown(shift)}"

@@ -80,6 +80,8 @@ def follow_locus(
     near, controls = member_near(bvp, start) or start.solution, 3 if unprotected else 2
     inside, index = phased(bvp, near, index, start.scale, controls)
     frame = first_frame(inside, sought, start, index, options)
+    if frame is None and (idle := [name for name in names if name in bvp.idle]):
+        raise ValueError(f"free: expected parameters on which an equation or condition depends, got '{idle[0]}'")
     if frame is None or (unprotected and not is_near(frame, start)):
         raise NotConverged(NewtonCode.SLOW, f"start of the locus at {start!r}")
     if sought.kind == "branch point":

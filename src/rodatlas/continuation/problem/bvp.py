@@ -15,6 +15,7 @@ from rodatlas.continuation.problem.layout import Inner, Place, check_place
 from rodatlas.continuation.problem.observable import Observable
 from rodatlas.continuation.problem.symmetry import Symmetry, check_names, checked, widened
 from rodatlas.continuation.problem.traced import Statement, Trace
+from rodatlas.continuation.problem.tracing import pattern_of
 
 
 class BVP:
@@ -162,6 +163,16 @@ class BVP:
     @property
     def parameter_names(self) -> tuple[str, ...]:
         return tuple(self.parameters)
+
+    @property
+    def idle(self) -> tuple[str, ...]:
+        """Parameters on which neither an equation nor a condition depends, though observables may."""
+        t = self.traced
+        used = set[int]()
+        for function, rows in ((t.field, self.size), (t.ends, self.n_boundary), (t.densities, self.n_integral)):
+            found, columns = pattern_of(function.jac_sparsity(0, function.n_in() - 1))
+            used |= set(columns[found < rows].tolist())
+        return tuple(name for i, name in enumerate(self.parameters) if i not in used)
 
     def parameter_index(self, name: str) -> int:
         if name not in self.parameter_names:

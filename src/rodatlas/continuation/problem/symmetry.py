@@ -93,8 +93,10 @@ class Symmetry:
                 raise ValueError(f"symmetries: '{self.name}': expected {what} among {', '.join(known)}, got '{name}'")
             i = known.index(name)
             try:
-                is_text = isinstance(value, str)
-                rows[i] = _affine(value, names) if is_text else as_finite("factor", name, value) * rows[i]
+                if isinstance(value, str):
+                    rows[i] = _affine(value, names)
+                else:
+                    rows[i] *= as_finite("factor", name, value)
             except (ValueError, ZeroDivisionError, OverflowError) as error:
                 raise ValueError(f"symmetries: '{self.name}', {name}: {error}") from None
         return rows
