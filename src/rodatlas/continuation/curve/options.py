@@ -67,13 +67,15 @@ class TraceOptions:
     Attributes
     ----------
     bounds : free parameter or observable name -> (low, high); the branch ends exactly there.
-    zeros : free parameter or observable name -> value to be located along the way, or a sequence of them.
+    zeros : free parameter or observable name -> value to be located along the way, its start included, or a sequence of
+        them.
     extrema : free parameters or observables whose maxima and minima along the branch, or a locus, are located. (Those
         of the continuation parameter are the folds.)
     locate : kinds of special points to detect.
     index : function of a solution that returns an integer (None: unknown) which changes by one at each simple fold
         and branch point (the Morse index of a variational problem); it is compared with the located events.
-    stop_at : function of (special point, last point); True ends the branch at the special point.
+    stop_at : function of (special point, last point); True ends the branch at the special point. Zeros and extrema at
+        the very start of a run do not end it.
     newton : its tolerance is lowered to a tenth of the mesh's when it is above.
     on_point : called with every accepted point of a branch or locus (progress).
     max_points, max_folds : limits in each direction; the branch ends at the fold that is one too many.

@@ -19,6 +19,7 @@ PLACES = 65  # on a step, at which a cubic is looked at
 FOLD_NOISE = 1e-9  # tangent component of the parameter below which it is round-off: the branch is vertical
 STEEP = 4.0  # change of a singular value per arclength that is hardly ever exceeded, where none is known yet
 LEEWAY = 2.0  # by which a mode may be steeper than those that were seen
+AT_START = 1e-6  # arclength within which a special point is one of the very start of a walk
 EDGE = 0.02  # share of a segment at its ends where an expected branch point may lie on the next one
 
 
@@ -45,7 +46,7 @@ class Located:
     @property
     def is_singular(self) -> bool:
         """Whether the problem is singular there at a fixed continuation parameter."""
-        return self.special.kind in ("fold", "branch point")
+        return self.special.is_singular
 
     @property
     def turns(self) -> bool:
@@ -77,6 +78,11 @@ class Segment:
     @property
     def colloc(self) -> Collocation:
         return self.right.colloc
+
+    @property
+    def is_first(self) -> bool:
+        """Whether a walk starts with it: what lies right at its left end is on no other segment."""
+        return self.left.previous is None
 
     @property
     def fold_tests(self) -> tuple[float, float]:
@@ -124,6 +130,11 @@ def changes(a: float, b: float, noise: float = 0.0) -> bool:
     if max(abs(a), abs(b)) < noise:
         return False
     return a * b < 0 or (b == 0.0 and a != 0.0)
+
+
+def begins(segment: Segment, a: float, b: float, noise: float) -> bool:
+    """Whether a walk starts where a test function, a and b at the ends of its first segment, vanishes."""
+    return segment.is_first and abs(b) > noise and abs(a) * segment.step <= AT_START * abs(b - a)
 
 
 def dips(left: float, right: float, mean: float, noise: float = 0.0) -> bool:

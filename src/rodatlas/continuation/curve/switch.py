@@ -9,8 +9,12 @@ from numbers import Real
 import numpy as np
 
 from rodatlas.continuation.checks import check_each, check_type, shown
+from rodatlas.continuation.curve.events import events_off
+from rodatlas.continuation.curve.join import is_same
 from rodatlas.continuation.curve.options import TraceOptions
+from rodatlas.continuation.curve.orbit import bare_special
 from rodatlas.continuation.curve.point import Frame, with_tests
+from rodatlas.continuation.curve.segment import Segment
 from rodatlas.continuation.curve.settle import across, settled
 from rodatlas.continuation.curve.start import check_belongs
 from rodatlas.continuation.curve.trace import follow
@@ -19,8 +23,9 @@ from rodatlas.continuation.discrete.newton import newton, plane
 from rodatlas.continuation.discrete.phase import fitted, orbit_directions, phased, with_phases
 from rodatlas.continuation.linear.matrix import Columns
 from rodatlas.continuation.problem.bvp import BVP
-from rodatlas.continuation.results.branch import Branch, EndReason, Point, SpecialPoint
+from rodatlas.continuation.results.branch import Branch, EndReason, Point, SpecialPoint, Status
 from rodatlas.continuation.singular.augmented import kernel_directions
+from rodatlas.continuation.symmetric.isotropy import with_symmetry
 
 UNDECLARED = (
     "at: expected isolated branches, got a branch point from which a circle of branches leaves. The problem has a "
@@ -205,9 +210,22 @@ def _followed(at: SpecialPoint, start: _Departure, options: TraceOptions, first_
         if (part := getattr(error, "branch", None)) is not None:
             error.branch = replace(part, points=(first, *part.points))  # type: ignore[attr-defined]
         raise
+    passed = _passed(origin, stepped, step, options)
     if any(not low <= branch.points[0].solution[name] <= high for name, (low, high) in options.bounds.items()):
         return replace(branch, points=(first,), special=(), ends=(EndReason.BRANCH_POINT, EndReason.RANGE))
-    return replace(branch, points=(first, *branch.points))
+    passed = [x for x in passed if not any(is_same(x, y) for y in branch.special)]
+    converged = sum(x.status is Status.CONVERGED and not x.is_zero for x in passed)
+    record = replace(branch.verification, converged=branch.verification.converged + converged)
+    return replace(branch, points=(first, *branch.points), special=(*passed, *branch.special), verification=record)
+
+
+def _passed(origin: Frame, stepped: Frame, step: float, options: TraceOptions) -> list[SpecialPoint]:
+    """The special points between a branch point and the first state beyond it."""
+    segment, bvp = Segment(origin, stepped, step, 0.0), origin.colloc.bvp
+    found = [with_symmetry(bvp, e.special) for e in events_off(segment, options)]
+    if bvp.phases:
+        found = [bare_special(x, len(origin.colloc.free) - bvp.unfoldings, bvp) for x in found]
+    return found
 
 
 def _first_point(at: SpecialPoint, origin: Frame) -> Point:

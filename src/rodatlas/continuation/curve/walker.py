@@ -23,7 +23,7 @@ from rodatlas.continuation.curve.modes import adapted, measured_at, with_resolve
 from rodatlas.continuation.curve.multiple_events import told_apart
 from rodatlas.continuation.curve.options import TraceOptions
 from rodatlas.continuation.curve.point import Frame
-from rodatlas.continuation.curve.segment import EDGE, Located, Segment
+from rodatlas.continuation.curve.segment import AT_START, EDGE, Located, Segment
 from rodatlas.continuation.curve.settle import across, settled
 from rodatlas.continuation.discrete.collocation import add, arc_length, arc_over_sine
 from rodatlas.continuation.discrete.mesh import ACCEPTED, monitor
@@ -186,7 +186,8 @@ class Walker(March[Frame, Segment, Point, SpecialPoint]):
             if item.kind == "branch point":
                 self._passed = item
                 self._singular.append(item)
-            if self.options.stop_at is not None and self.options.stop_at(item, point):
+            starts = self._count == 0 and not item.is_singular and item.arclength - segment.start < AT_START
+            if self.options.stop_at is not None and not starts and self.options.stop_at(item, point):
                 self.end = EndReason.BRANCH_POINT if item.kind == "branch point" else EndReason.STOPPED
             elif self.options.max_folds is not None and self._folds > self.options.max_folds:
                 self.end = EndReason.FOLD_LIMIT

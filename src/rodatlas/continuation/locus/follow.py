@@ -19,7 +19,7 @@ from rodatlas.continuation.locus.point import LocusFrame, Sought, correct
 from rodatlas.continuation.locus.settle import first_frame, resolved
 from rodatlas.continuation.locus.system import UNPROTECTED
 from rodatlas.continuation.locus.unprotected import branch_point_of, is_near
-from rodatlas.continuation.locus.walker import LocusWalker
+from rodatlas.continuation.locus.walker import AT_START, LocusWalker
 from rodatlas.continuation.problem.bvp import BVP
 from rodatlas.continuation.results.branch import EndReason, SpecialPoint
 from rodatlas.continuation.results.locus import Locus, LocusEvent, LocusPoint
@@ -98,7 +98,8 @@ def _joined(forward: LocusWalker, backward: LocusWalker | None, start: EndReason
     points, events, first = forward.marked_points(), forward.events, start
     if backward is not None:
         points = [_flipped(p) for p in reversed(backward.marked_points()[1:])] + points
-        events = [_flipped_event(e) for e in reversed(backward.events)] + events
+        before = [_flipped_event(e) for e in reversed(backward.events)]
+        events = before + [e for e in events if not any(_is_same(e, other) for other in before)]
         first = backward.end or EndReason.INTERRUPTED
     cusps = [e.arclength for e in events if e.kind == "cusp"]
     events = [e for e in events if e.kind != "extremum" or all(abs(e.arclength - c) > AT_CUSP for c in cusps)]
@@ -108,6 +109,12 @@ def _joined(forward: LocusWalker, backward: LocusWalker | None, start: EndReason
         bare_scale(forward.start.colloc.scale, bvp), {"problem": bvp.name, **forward.options.settings()},
         sought.pitchfork,
     )  # fmt: skip
+
+
+def _is_same(one: LocusEvent, two: LocusEvent) -> bool:
+    """Whether both halves of a locus report one event, right at the start."""
+    alike = (one.kind, one.parameter, one.what) == (two.kind, two.parameter, two.what)
+    return alike and abs(one.arclength - two.arclength) < AT_START
 
 
 def _is_pitchfork(sought: Sought, frame: LocusFrame, options: TraceOptions) -> bool:

@@ -204,6 +204,11 @@ class SpecialPoint:
         return self.kind.partition(" of ")[2]
 
     @property
+    def is_singular(self) -> bool:
+        """Whether it is a fold or a branch point, rather than what an observable does."""
+        return self.kind in ("fold", "branch point")
+
+    @property
     def is_zero(self) -> bool:
         """Whether only a value is reached: all other kinds have test functions and a mesh of their own."""
         return self.kind.startswith("zero of ")
