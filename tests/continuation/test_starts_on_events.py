@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from bvp_problems import algebraic, bratu, circle, constant, pitchfork
@@ -141,6 +143,20 @@ def test_a_fold_close_to_the_branch_point_is_found(side: int) -> None:
     folds = [x for branch in branches for x in branch.of_kind("fold")]
     assert [x.solution["lam"] for x in folds] == pytest.approx([-2.5e-5], abs=1e-12)
     assert folds[0].solution["x"][0] == pytest.approx(0.005, abs=1e-9)
+
+
+def test_a_branch_may_end_on_its_first_step() -> None:
+    bvp = algebraic(lambda u, p: [u.x * (p.lam + 0.01 * u.x - u.x**2)])
+    box = TraceOptions(bounds={"lam": (-1.0, 0.5)})
+    (point,) = trace(bvp, constant(bvp, lam=-0.5), ("lam",), box).special
+    sides = [switch(bvp, point, ("lam",), replace(box, max_folds=0), side=side) for side in (1, -1)]
+    (short,) = [side for side in sides if side.of_kind("fold")]
+    assert short.ends == (EndReason.BRANCH_POINT, EndReason.FOLD_LIMIT)
+    assert short.points[-1].solution["lam"] == pytest.approx(-2.5e-5, abs=1e-12)
+    stopping = replace(box, zeros={"lam": 1e-6}, stop_at=lambda special, last: special.is_zero)
+    stopped = [switch(bvp, point, ("lam",), stopping, side=side) for side in (1, -1)]
+    assert {side.ends for side in stopped} == {(EndReason.BRANCH_POINT, EndReason.STOPPED)}
+    assert [side.points[-1].solution["lam"] for side in stopped] == pytest.approx([1e-6, 1e-6], rel=1e-9)
 
 
 def test_a_side_branch_of_a_pitchfork_has_no_fold_at_its_start() -> None:

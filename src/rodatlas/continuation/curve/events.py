@@ -16,6 +16,7 @@ from rodatlas.continuation.curve.segment import (
     Segment,
     attempts,
     begins,
+    bisected,
     changes,
     dips,
     passes_twice,
@@ -259,8 +260,14 @@ def _locate_zero(segment: Segment, name: str, value: float, options: TraceOption
     colloc = segment.colloc
     a, b = _values(segment, name, value)
     guess = a / (a - b)
-    result = newton(colloc, segment.interpolate(guess), [fixed(name, value)(colloc)], options.newton)
+    held = fixed(name, value)(colloc)
+    result = newton(colloc, segment.interpolate(guess), [held], options.newton)
     converged = result.converged and segment.holds(result.state)
+    if not converged and segment.left.branch_test[0] == 0.0:  # the first step from a branch point is never made shorter
+        at = colloc.bvp.coordinate(name, value)
+        x = bisected(segment, options, lambda frame: colloc.observable_row(name, frame.x)[0] - at)[1]
+        result = newton(colloc, x, [held], options.newton)
+        converged = result.converged and segment.holds(result.state)
     state = result.state if converged else segment.interpolate(guess)
     if not converged and segment.is_first and abs(a) < UNCHANGED * max(1.0, abs(value)):  # it only touches the value
         converged, state = True, segment.left.x

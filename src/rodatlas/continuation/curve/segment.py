@@ -179,7 +179,7 @@ def attempts(
     found = attempt(segment.interpolate(guess), tangent)
     spent = found.iterations
     if not (found.converged and segment.holds(found.state)):
-        bracket, x, tangent, more = _bisect(segment, options, test)
+        bracket, x, tangent, more = bisected(segment, options, test)
         found = attempt(x, tangent)
         spent += more + found.iterations
         if not (found.converged and segment.holds(found.state)):
@@ -187,7 +187,7 @@ def attempts(
     return found, tangent, bracket, spent
 
 
-def _bisect(
+def bisected(
     segment: Segment, options: TraceOptions, test: Callable[[Frame], float], cuts: int = 14
 ) -> tuple[tuple[float, float], Columns, Columns, int]:
     """Narrow the sign change of a test function by bisection on the curve itself."""

@@ -14,7 +14,7 @@ from rodatlas.continuation.curve.join import is_same
 from rodatlas.continuation.curve.options import TraceOptions
 from rodatlas.continuation.curve.orbit import bare_special
 from rodatlas.continuation.curve.point import Frame, with_tests
-from rodatlas.continuation.curve.segment import Segment
+from rodatlas.continuation.curve.segment import AT_START, Segment
 from rodatlas.continuation.curve.settle import across, settled
 from rodatlas.continuation.curve.start import check_belongs
 from rodatlas.continuation.curve.trace import follow
@@ -203,20 +203,18 @@ def _followed(at: SpecialPoint, start: _Departure, options: TraceOptions, first_
     stepped, step = found
     frame = settled(stepped, options, (across,)).frame
     frame = replace(frame, weakness_before=0.0, previous_step=step)  # before it lies the branch point itself
-    first = _first_point(at, origin)
+    first, passed = _first_point(at, origin), _passed(origin, stepped, step, options)
+    if (ended := _ended(first, passed, options, origin)) is not None:
+        return ended
     try:
         branch = follow(frame, options, both=False, start=EndReason.BRANCH_POINT, arclength=step)
     except BaseException as error:
         if (part := getattr(error, "branch", None)) is not None:
-            error.branch = replace(part, points=(first, *part.points))  # type: ignore[attr-defined]
+            error.branch = _from(first, passed, part)  # type: ignore[attr-defined]
         raise
-    passed = _passed(origin, stepped, step, options)
     if any(not low <= branch.points[0].solution[name] <= high for name, (low, high) in options.bounds.items()):
         return replace(branch, points=(first,), special=(), ends=(EndReason.BRANCH_POINT, EndReason.RANGE))
-    passed = [x for x in passed if not any(is_same(x, y) for y in branch.special)]
-    converged = sum(x.status is Status.CONVERGED and not x.is_zero for x in passed)
-    record = replace(branch.verification, converged=branch.verification.converged + converged)
-    return replace(branch, points=(first, *branch.points), special=(*passed, *branch.special), verification=record)
+    return _from(first, passed, branch)
 
 
 def _passed(origin: Frame, stepped: Frame, step: float, options: TraceOptions) -> list[SpecialPoint]:
@@ -226,6 +224,28 @@ def _passed(origin: Frame, stepped: Frame, step: float, options: TraceOptions) -
     if bvp.phases:
         found = [bare_special(x, len(origin.colloc.free) - bvp.unfoldings, bvp) for x in found]
     return found
+
+
+def _from(first: Point, passed: list[SpecialPoint], branch: Branch) -> Branch:
+    """A branch with the branch point before it, and what lies between."""
+    passed = [x for x in passed if not any(is_same(x, y) for y in branch.special)]
+    converged = sum(x.status is Status.CONVERGED and not x.is_zero for x in passed)
+    record = replace(branch.verification, converged=branch.verification.converged + converged)
+    return replace(branch, points=(first, *branch.points), special=(*passed, *branch.special), verification=record)
+
+
+def _ended(first: Point, passed: list[SpecialPoint], options: TraceOptions, origin: Frame) -> Branch | None:
+    """The branch that ends at a special point of its first step, as the options want it; None when it goes on."""
+    for i, item in enumerate(passed):
+        stops = options.stop_at is not None and item.arclength > AT_START and options.stop_at(item, first)
+        many = options.max_folds is not None and sum(x.kind == "fold" for x in passed[: i + 1]) > options.max_folds
+        if stops or many:
+            last = replace(first, solution=item.solution, arclength=item.arclength, fold_test=0.0, step=item.arclength)
+            ends = (EndReason.BRANCH_POINT, EndReason.STOPPED if stops else EndReason.FOLD_LIMIT)
+            names = tuple(origin.colloc.bvp.parameter_names[k] for k in origin.colloc.free[: len(first.tangent)])
+            settings = {"problem": origin.colloc.bvp.name, **options.settings()}
+            return Branch(names, (first, last), tuple(passed[: i + 1]), ends, settings=settings)
+    return None
 
 
 def _first_point(at: SpecialPoint, origin: Frame) -> Point:
