@@ -47,13 +47,19 @@ def check_each(field: str, values: object, kind: type | tuple[type, ...], what: 
         check_type(field, value, kind, what)
 
 
-def check_distinct(field: str, values: object, what: str) -> None:
-    """As :func:`check_each`, for names none of which comes twice."""
-    if isinstance(values, str | bytes) or not isinstance(values, Collection):  # an iterator would be used up
+def as_names(field: str, values: object, what: str) -> list[str]:
+    """As :func:`check_each`, for names in anything but an iterator, which would be used up; the names."""
+    if isinstance(values, str | bytes) or not isinstance(values, Collection):
         raise ValueError(f"{field}: expected {what}, got {shown(values)}")
-    names = list(values)
-    for name in names:
+    for name in values:
         check_type(field, name, str, what)
+    return list(values)
+
+
+def check_distinct(field: str, values: object, what: str) -> None:
+    """As :func:`as_names`, where none may come twice."""
+    names = as_names(field, values, what)
+    for name in names:
         if names.count(name) > 1:
             raise ValueError(f"{field}: expected {what}, each once, got '{name}' twice")
 

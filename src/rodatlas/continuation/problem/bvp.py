@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from rodatlas.continuation.checks import as_finite, check_distinct, check_function, check_type, shown
+from rodatlas.continuation.checks import as_finite, as_names, check_distinct, check_function, check_type, shown
 from rodatlas.continuation.problem.continuous import ContinuousSymmetry, Generator, generators
 from rodatlas.continuation.problem.layout import Inner, Place, check_place
 from rodatlas.continuation.problem.observable import Observable
@@ -314,8 +314,7 @@ class BVP:
 
 
 def _names(field: str, names: Any) -> tuple[str, ...]:
-    check_distinct(field, names, "a sequence of names such as ('u', 'v')")
-    return tuple(names)
+    return tuple(as_names(field, names, "a sequence of names such as ('u', 'v')"))
 
 
 def _numbers(field: str, values: Any) -> dict[str, float]:
@@ -331,7 +330,7 @@ def _check_names(
 ) -> None:
     if not unknowns:
         raise ValueError("unknowns: expected at least one name, got none")
-    check_distinct("observables", observables, "a mapping of names to observables")
+    as_names("observables", observables, "a mapping of names to observables")
     names = [*unknowns, *parameters]
     for name in (everything := [*names, *observables]):
         if not name.isidentifier() or everything.count(name) > 1:
@@ -352,7 +351,8 @@ def _functions(field: str, given: Any) -> tuple[Callable[..., Any], ...]:
 
 
 def _log(field: str, names: Any, parameters: Mapping[str, float]) -> tuple[str, ...]:
-    for name in _names(field, names):
+    check_distinct(field, names, "a sequence of names of parameters")
+    for name in names:
         if name not in parameters:
             raise ValueError(f"{field}: expected some of {', '.join(parameters)}, got '{name}'")
         if not parameters[name] > 0:
