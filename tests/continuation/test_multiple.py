@@ -7,10 +7,10 @@ import pytest
 from bvp_problems import algebraic, constant
 
 from rodatlas.continuation import BVP, Solution, TraceOptions
-from rodatlas.continuation.curve.multiple import locate_multiple, side_directions, singular_places
+from rodatlas.continuation.curve.multiple import MultiplePoint, search_places
 from rodatlas.continuation.curve.point import first_frame
 from rodatlas.continuation.curve.segment import Segment
-from rodatlas.continuation.discrete.collocation import Columns, add
+from rodatlas.continuation.discrete.collocation import add
 from rodatlas.continuation.discrete.newton import newton, plane
 
 OPTIONS = TraceOptions()
@@ -26,6 +26,19 @@ def step_on(left, step, options):
     result = newton(left.colloc, guess, [plane(left.colloc, left.tangent, guess)], options.newton)
     assert result.converged
     return Segment(left, replace(left.reached(result.state, result.factorization, step), previous_step=step), step, 2.0)
+
+
+def places_on(on, options=OPTIONS):
+    """All singular places of a segment."""
+    search = search_places(on, options)
+    assert search.complete
+    return search.places
+
+
+def multiple_on(on, options=OPTIONS) -> MultiplePoint:
+    """The one multiple branch point of a segment on which nothing else is singular."""
+    (place,) = places_on(on, options)
+    return place.point
 
 
 def ends(point):
@@ -98,7 +111,7 @@ def test_square_symmetry(b, backend):
     """Four branches on the axes and the diagonals, and the trivial one."""
     bvp = square(b)
     options = TraceOptions(backend=backend)
-    found = locate_multiple(segment(bvp, constant(bvp, lam=-0.03), 0.1, options=options), options)
+    found = multiple_on(segment(bvp, constant(bvp, lam=-0.03), 0.1, options=options), options)
     assert found.multiplicity == 2
     assert abs(found.state.scalars[0]) < 1e-10
     assert found.residual < 1e-9
@@ -118,7 +131,7 @@ def test_square_symmetry(b, backend):
 def test_triangle_symmetry():
     """Three straight lines cross the trivial branch: directions are exact."""
     bvp = triangle()
-    found = locate_multiple(segment(bvp, constant(bvp, lam=-0.03), 0.1), OPTIONS)
+    found = multiple_on(segment(bvp, constant(bvp, lam=-0.03), 0.1))
     assert found.multiplicity == 2
     assert same_set(ends(found), unit([*TRIANGLE, (0, 0, 1), (0, 0, -1)]), 1e-8)
     assert all_distinct(found.colloc, stepped_off(found), 0.01)
@@ -126,7 +139,7 @@ def test_triangle_symmetry():
 
 def test_the_same_point_seen_from_a_side_branch():
     bvp = triangle()
-    found = locate_multiple(segment(bvp, constant(bvp, [0.03, 0.0], lam=-0.03), 0.1), OPTIONS)
+    found = multiple_on(segment(bvp, constant(bvp, [0.03, 0.0], lam=-0.03), 0.1))
     assert found.multiplicity == 2
     assert abs(found.state.scalars[0]) < 1e-10
     assert same_set(ends(found), unit([*TRIANGLE, (0, 0, 1), (0, 0, -1)]), 1e-8)
@@ -146,7 +159,7 @@ def curved():
 def test_a_curved_branch_through_a_multiple_point():
     """The square again, in coordinates in which no branch is straight and the trivial one has no symmetry."""
     bvp, lam = curved(), -0.1
-    found = locate_multiple(segment(bvp, constant(bvp, [np.sin(lam), lam - np.sin(lam) ** 2], lam=lam), 0.4), OPTIONS)
+    found = multiple_on(segment(bvp, constant(bvp, [np.sin(lam), lam - np.sin(lam) ** 2], lam=lam), 0.4))
     assert found.multiplicity == 2
     assert np.abs([*found.state.scalars, *found.state.mesh[0]]).max() < 1e-9
     # to first order x = X - lam, y = Y - lam, and lam + 0.3 X = 0 on the side branches
@@ -159,7 +172,7 @@ def test_a_curved_branch_through_a_multiple_point():
 def test_three_modes_at_once(b):
     """26 rays: to the 6 faces, 12 edges and 8 corners of the cube."""
     bvp = cube(b)
-    found = locate_multiple(segment(bvp, constant(bvp, lam=-0.03), 0.1), OPTIONS)
+    found = multiple_on(segment(bvp, constant(bvp, lam=-0.03), 0.1))
     assert (found.multiplicity, found.unverified, found.continuum) == (3, 0, False)
     places = [(x, y, z, 0) for x in (-1, 0, 1) for y in (-1, 0, 1) for z in (-1, 0, 1) if (x, y, z) != (0, 0, 0)]
     assert same_set(ends(found), unit([*places, (0, 0, 0, 1), (0, 0, 0, -1)]), 1e-3)
@@ -167,7 +180,7 @@ def test_three_modes_at_once(b):
 
 def test_a_continuum_of_branches_is_reported_once():
     bvp = circular()
-    found = locate_multiple(segment(bvp, constant(bvp, lam=-0.03), 0.1), OPTIONS)
+    found = multiple_on(segment(bvp, constant(bvp, lam=-0.03), 0.1))
     assert found.multiplicity == 2
     assert found.continuum
     assert len(found.directions) == 3
@@ -185,7 +198,7 @@ def test_a_weakly_broken_circle_is_no_continuum():
         return [x * (p.lam - square) + real, y * (p.lam - square) - imaginary]
 
     bvp = algebraic(residual, ("x", "y"))
-    found = locate_multiple(segment(bvp, constant(bvp, lam=-0.03), 0.1), OPTIONS)
+    found = multiple_on(segment(bvp, constant(bvp, lam=-0.03), 0.1))
     assert not found.continuum
     angles = [(np.cos(a), np.sin(a), 0.0) for a in np.arange(12) * np.pi / 6]
     assert same_set(ends(found), unit([*angles, (0, 0, 1), (0, 0, -1)]), 1e-3)
@@ -195,7 +208,7 @@ def test_modes_that_touch_zero():
     """x (lam^2 - x^2 - y^2/2) and the same for y: straight lines, 8 on each side, and no change of sign anywhere."""
     bvp = algebraic(lambda u, p: [u.x * (p.lam**2 - u.x**2 - u.y**2 / 2), u.y * (p.lam**2 - u.y**2 - u.x**2 / 2)],
                     ("x", "y"))  # fmt: skip
-    found = locate_multiple(segment(bvp, constant(bvp, lam=-0.03), 0.1), OPTIONS)
+    found = multiple_on(segment(bvp, constant(bvp, lam=-0.03), 0.1))
     assert found.multiplicity == 2
     assert abs(found.state.scalars[0]) < 1e-9
     assert len(found.directions) == 18
@@ -223,7 +236,7 @@ def rest(bvp, **parameters):
 @pytest.mark.parametrize("step", [0.4, 0.1, 1e-3, 6.4e-5])
 def test_place_does_not_depend_on_the_step(step):
     bvp = oscillators(0.0)
-    found = locate_multiple(segment(bvp, rest(bvp, lam=-0.3 * step), step), OPTIONS)
+    found = multiple_on(segment(bvp, rest(bvp, lam=-0.3 * step), step))
     assert found.multiplicity == 2
     assert abs(found.state.scalars[0]) < 1e-9
     assert found.fraction == pytest.approx(0.3, abs=1e-9 / step)
@@ -234,7 +247,7 @@ def test_place_does_not_depend_on_the_step(step):
 def test_two_coupled_oscillators(b, rays):
     """On the sine modes the cubic terms are 3/4 (A^3 + b A B^2): the square, for any b but one."""
     bvp = oscillators(b)
-    found = locate_multiple(segment(bvp, rest(bvp, lam=-0.03), 0.1), OPTIONS)
+    found = multiple_on(segment(bvp, rest(bvp, lam=-0.03), 0.1))
     assert (found.multiplicity, found.unverified, found.continuum) == (2, 0, False)
     assert len(found.directions) == rays
     slopes = ends(found)[:, [1, 3]]
@@ -249,7 +262,7 @@ def test_two_coupled_oscillators(b, rays):
 
 def test_equal_oscillators_form_a_continuum():
     bvp = oscillators(1.0)
-    found = locate_multiple(segment(bvp, rest(bvp, lam=-0.03), 0.1), OPTIONS)
+    found = multiple_on(segment(bvp, rest(bvp, lam=-0.03), 0.1))
     assert (found.multiplicity, found.continuum, len(found.directions)) == (2, True, 3)
 
 
@@ -258,8 +271,7 @@ def test_two_close_simple_branch_points(apart):
     """They are told apart from a double one, and their places returned."""
     bvp = oscillators(0.5, apart)
     on = segment(bvp, rest(bvp, lam=-0.03), 0.1)
-    assert locate_multiple(on, OPTIONS) is None
-    places = singular_places(on, OPTIONS)
+    places = places_on(on)
     assert [p.multiplicity for p in places] == [1, 1]
     assert np.allclose([p.state.scalars[0] for p in places], (-apart, 0.0), atol=1e-9)
     assert np.allclose([p.arclength for p in places], (2.03 - apart, 2.03), atol=1e-9)
@@ -282,7 +294,7 @@ def test_column_on_an_elastic_foundation(stiffening):
     A branch with both modes would have B^2 = -8 D/9 and A^2 = 28 D/9, so there are the two pure modes only.
     """
     bvp = column(stiffening)
-    found = locate_multiple(segment(bvp, rest(bvp, P=5 * np.pi**2 - 0.04), 0.1, "P"), OPTIONS)
+    found = multiple_on(segment(bvp, rest(bvp, P=5 * np.pi**2 - 0.04), 0.1, "P"))
     assert found.multiplicity == 2
     assert found.state.scalars[0] == pytest.approx(5 * np.pi**2, abs=1e-8)
     assert (len(found.directions), found.continuum, found.unverified) == (6, False, 0)
@@ -320,7 +332,7 @@ def test_a_column_that_buckles_in_every_plane():
         lambda s: np.tile([1.0, 0, 0, 0, 0, 0, 0, 0], (len(s), 1)), bvp.unknowns, {**bvp.parameters, "P": load}
     )
     left, _ = first_frame(bvp, start, [0, 1, 2], OPTIONS)
-    found = locate_multiple(step_on(left, 0.1, OPTIONS), OPTIONS)
+    found = multiple_on(step_on(left, 0.1, OPTIONS))
     assert (found.multiplicity, found.continuum, len(found.directions)) == (2, True, 3)
     assert found.state.scalars[0] == pytest.approx(np.pi**2, abs=1e-9)
     y, z = found.nearby[2].mesh[:, 6], found.nearby[2].mesh[:, 7]
@@ -330,7 +342,7 @@ def test_a_column_that_buckles_in_every_plane():
 def test_a_coarse_mesh_that_separates_the_modes_is_refined():
     bvp = column(1000.0)
     start = Solution.from_function(lambda s: np.zeros((len(s), 4)), bvp.unknowns, {"P": 5 * np.pi**2 - 0.04}, 4, 4)
-    found = locate_multiple(segment(bvp, start, 0.1, "P"), OPTIONS)
+    found = multiple_on(segment(bvp, start, 0.1, "P"))
     assert found.multiplicity == 2
     assert len(found.colloc.step) > 4
     assert found.state.scalars[0] == pytest.approx(5 * np.pi**2, abs=1e-8)
@@ -339,7 +351,7 @@ def test_a_coarse_mesh_that_separates_the_modes_is_refined():
 def test_a_fold_is_not_singular():
     bvp = algebraic(lambda u, p: [u.x**2 + p.lam**2 - 1, u.y * (p.lam - 3)], ("x", "y"))
     left, _ = first_frame(bvp, constant(bvp, [0.2, 0.0], lam=np.sqrt(0.96)), [0], OPTIONS)
-    assert singular_places(step_on(left, 0.4, OPTIONS), OPTIONS) == ()
+    assert places_on(step_on(left, 0.4, OPTIONS)) == ()
 
 
 def test_simple_points_and_regular_segments():
@@ -349,11 +361,11 @@ def test_simple_points_and_regular_segments():
     chain = algebraic(lambda u, p: [p.lam * u.x + u.y - u.x**3, p.lam * u.y - u.y**3], ("x", "y"))
     for bvp in (crossing, touching, chain):
         on = segment(bvp, constant(bvp, lam=-0.03), 0.1)
-        (place,) = singular_places(on, OPTIONS)
+        (place,) = places_on(on)
         assert place.point is None
         assert place.multiplicity == 1
         assert place.fraction == pytest.approx(0.3, abs=1e-6)
-        assert singular_places(segment(bvp, constant(bvp, lam=0.1), 0.1), OPTIONS) == ()
+        assert places_on(segment(bvp, constant(bvp, lam=0.1), 0.1)) == ()
 
 
 def test_two_places_on_one_segment():
@@ -361,17 +373,6 @@ def test_two_places_on_one_segment():
     bvp = algebraic(
         lambda u, p: [u.x * (p.lam - u.x**2), u.y * (p.lam - u.y**2), u.z * (p.lam - 0.1 - u.z**2)], ("x", "y", "z")
     )
-    double, simple = singular_places(segment(bvp, constant(bvp, lam=-0.1), 0.3), OPTIONS)
+    double, simple = places_on(segment(bvp, constant(bvp, lam=-0.1), 0.3))
     assert (double.multiplicity, simple.multiplicity) == (2, 1)
     assert np.allclose([double.arclength, simple.arclength], [2.1, 2.2], atol=1e-8)
-
-
-def test_directions_on_another_mesh():
-    bvp = oscillators(0.0)
-    on = segment(bvp, rest(bvp, lam=-0.03), 0.1)
-    found = locate_multiple(on, OPTIONS)
-    assert side_directions(found.colloc, found) == found.directions
-    other = on.left.on_mesh(np.linspace(0, 1, 31) ** 1.2).colloc
-    carried = side_directions(other, found)
-    assert len(carried) == len(found.directions)
-    assert all(isinstance(d, Columns) and other.norm(d) == pytest.approx(1.0, abs=1e-5) for d in carried)

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+import math
 import os
 import reprlib
-from collections.abc import Iterable, Sequence
+from collections.abc import Collection, Iterable, Sequence
 from numbers import Real
 from pathlib import Path
 
@@ -20,8 +21,22 @@ def check_type(field: str, value: object, kind: type | tuple[type, ...], what: s
     >>> check_type("ends", 15.0, Ends, "Ends such as Ends(15.0)")
     ValueError: ends: expected Ends such as Ends(15.0), got 15.0
     """
-    if not isinstance(value, kind):
+    kinds = kind if isinstance(kind, tuple) else (kind,)
+    if isinstance(value, bool) and not (bool in kinds or object in kinds):
+        kinds = ()  # True is no number, though Python says so
+    if not isinstance(value, kinds):
         raise ValueError(f"{field}: expected {what}, got {shown(value)}")
+
+
+def check_flag(field: str, value: object) -> None:
+    """As :func:`check_type`, for what is either so or not."""
+    check_type(field, value, bool, "True or False")
+
+
+def check_function(field: str, value: object) -> None:
+    """As :func:`check_type`, for what is called."""
+    if not callable(value):
+        raise ValueError(f"{field}: expected a function, got {shown(value)}")
 
 
 def check_each(field: str, values: object, kind: type | tuple[type, ...], what: str) -> None:
@@ -32,16 +47,68 @@ def check_each(field: str, values: object, kind: type | tuple[type, ...], what: 
         check_type(field, value, kind, what)
 
 
+def as_names(field: str, values: object, what: str) -> list[str]:
+    """As :func:`check_each`, for names in anything but an iterator, which would be used up; the names."""
+    if isinstance(values, str | bytes) or not isinstance(values, Collection):
+        raise ValueError(f"{field}: expected {what}, got {shown(values)}")
+    for name in values:
+        check_type(field, name, str, what)
+    return list(values)
+
+
+def check_distinct(field: str, values: object, what: str) -> None:
+    """As :func:`as_names`, where none may come twice."""
+    names = as_names(field, values, what)
+    for name in names:
+        if names.count(name) > 1:
+            raise ValueError(f"{field}: expected {what}, each once, got '{name}' twice")
+
+
 def check_fields(owner: object, *names: str) -> None:
     """Raise ValueError for an attribute of an object that is no number."""
     for name in names:
         check_type(name, getattr(owner, name), Real, "a number")
 
 
+def check_number(field: str, value: object, low: float, high: float, what: str) -> float:
+    """A finite float in [low, high], or a ValueError that names the field, what was expected and what came."""
+    try:
+        number = math.nan if isinstance(value, str | bool) else float(value)  # type: ignore[arg-type]
+    except (TypeError, ValueError, OverflowError):
+        number = math.nan
+    if not (math.isfinite(number) and low <= number <= high):
+        raise ValueError(f"{field}: expected {what}, got {repr(value) if isinstance(value, str) else value}")
+    return number
+
+
+def check_whole(field: str, value: object, low: int, what: str) -> int:
+    """A whole number of at least `low`, or a ValueError that names the field, what was expected and what came."""
+    number = check_number(field, value, low, math.inf, what)
+    if number != int(number):
+        raise ValueError(f"{field}: expected {what}, got {value}")
+    return int(number)
+
+
+def check_between(field: str, value: object, low: float, high: float, what: str) -> float:
+    """As :func:`check_number`, with the bounds themselves left out."""
+    return check_number(field, value, math.nextafter(low, high), math.nextafter(high, low), what)
+
+
 def check_has(field: str, value: object, attributes: Iterable[str], what: str) -> None:
     """As :func:`check_type`, for any object with some attributes: figures read results of layers above them."""
     if any(not hasattr(value, name) for name in attributes):
         raise ValueError(f"{field}: expected {what}, got {shown(value)}")
+
+
+def as_finite(field: str, name: str, value: object) -> float:
+    """The value of a name as a finite float, or ValueError."""
+    try:
+        number = math.nan if isinstance(value, str | bool) else float(value)  # type: ignore[arg-type]
+    except (TypeError, ValueError, OverflowError):
+        number = math.nan
+    if not math.isfinite(number):
+        raise ValueError(f"{field}: expected a finite number for '{name}', got {shown(value)}")
+    return number
 
 
 def as_array(field: str, value: object) -> np.ndarray:

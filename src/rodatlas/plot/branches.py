@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from rodatlas.continuation import Branch, Locus
-from rodatlas.continuation.checks import check_type
+from rodatlas.continuation.checks import check_type, shown
 from rodatlas.continuation.results.branch import SpecialPoint
 from rodatlas.plot.loci import EVENTS, LINES, MARK, NAMES
 from rodatlas.plot.style import (
@@ -20,6 +20,7 @@ from rodatlas.plot.style import (
     UNSTABLE_DASHES,
     UNSTABLE_WIDTH,
     check_axes,
+    check_color,
     new_figure,
     styled,
 )
@@ -39,7 +40,7 @@ OTHERS: dict[str, dict[str, Any]] = {
 }
 
 
-def draw_branch(branch: Branch, x: str, y: str, color: str = INK, ax: Axes | None = None) -> Axes:
+def draw_branch(branch: Branch, x: str, y: str, color: Any = None, ax: Axes | None = None) -> Axes:
     """Draw a branch: stable parts solid, unstable ones dashed, folds open disks, branch points filled disks.
 
     Extrema are triangles, zeros small bars. All is solid where no index is known (see `TraceOptions.index`); an index
@@ -49,7 +50,7 @@ def draw_branch(branch: Branch, x: str, y: str, color: str = INK, ax: Axes | Non
     ----------
     branch : what :func:`rodatlas.trace` or :func:`rodatlas.switch` returned.
     x, y : parameters, observables, or 'arclength'.
-    color : of the line.
+    color : of the line, any color of matplotlib; ink by default.
     ax : where to draw, a figure of its own by default. Several branches go on one.
 
     Returns
@@ -63,6 +64,7 @@ def draw_branch(branch: Branch, x: str, y: str, color: str = INK, ax: Axes | Non
     """
     check_type("branch", branch, Branch, "a Branch, see trace and Branch.load")
     check_axes(ax)
+    color = INK if color is None else check_color(color)
     places = [[_value(p, name) for name in (x, y)] for p in branch.points]
     with styled():
         ax = _axes(x, y) if ax is None else ax
@@ -89,7 +91,7 @@ def draw_locus(locus: Locus, x: str | None = None, y: str | None = None, ax: Axe
     """
     check_type("locus", locus, Locus, "a Locus, see follow_locus and Locus.load")
     check_axes(ax)
-    x, y = x or locus.free[1], y or locus.free[0]
+    x, y = locus.free[1] if x is None else x, locus.free[0] if y is None else y
     places = np.array([[_value(p, name) for name in (x, y)] for p in locus.points])
     arclength = np.array([p.arclength for p in locus.points])
     kind = "pitchfork" if locus.pitchfork else locus.kind.removeprefix("unprotected ")
@@ -124,7 +126,7 @@ def _value(at: Any, name: str) -> float:
         return float(at.arclength)
     known = (*solution.parameter_names, *solution.observables)
     if name not in known:
-        raise ValueError(f"x, y: expected one of {', '.join((*known, 'arclength'))}, got '{name}'")
+        raise ValueError(f"x, y: expected one of {', '.join((*known, 'arclength'))}, got {shown(name)}")
     return float(solution[name])
 
 

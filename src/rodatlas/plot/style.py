@@ -9,7 +9,7 @@ from contextlib import AbstractContextManager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from rodatlas.continuation.checks import check_has, check_type
+from rodatlas.continuation.checks import check_has, check_type, shown
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -123,6 +123,15 @@ def check_axes(ax: object) -> None:
     """ValueError for what is no axes to draw on; None stands for new ones."""
     if ax is not None:
         check_has("ax", ax, ("plot", "figure"), "axes of matplotlib")
+
+
+def check_color(color: object) -> object:
+    """The color, or ValueError for what is none of matplotlib's."""
+    from matplotlib.colors import is_color_like
+
+    if not is_color_like(color):
+        raise ValueError(f"color: expected a color of matplotlib, got {shown(color)}")
+    return color
 
 
 def save_figure(fig: Figure | Axes, path: str | os.PathLike[str]) -> tuple[Path, Path]:

@@ -5,36 +5,16 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
+from rodatlas.continuation.checks import check_between as check_between
+from rodatlas.continuation.checks import check_number as check_number
+from rodatlas.continuation.checks import check_whole as check_whole
+
 LENGTHS = (1e-6, 1e9)  # of a band, in any unit: in mm from a nanometer to a thousand kilometers
 THINNEST = 1e-9  # thickness over length
 EDGE = 1e-6  # how near a compression may come to 0 and to 1: nearer, round-off decides the clamps
 WIDEST = 1.0  # width over length
 NARROW = 1.0 / 80.0
 """Width over length of the narrow band of Yu and Hanna: that of drawings and of the test for self-contact."""
-
-
-def check_number(field: str, value: object, low: float, high: float, what: str) -> float:
-    """A finite float in [low, high], or a ValueError that names the field, what was expected and what came."""
-    try:
-        number = math.nan if isinstance(value, str | bool) else float(value)  # type: ignore[arg-type]
-    except (TypeError, ValueError, OverflowError):
-        number = math.nan
-    if not (math.isfinite(number) and low <= number <= high):
-        raise ValueError(f"{field}: expected {what}, got {repr(value) if isinstance(value, str) else value}")
-    return number
-
-
-def check_whole(field: str, value: object, low: int, what: str) -> int:
-    """A whole number of at least `low`, or a ValueError that names the field, what was expected and what came."""
-    number = check_number(field, value, low, math.inf, what)
-    if number != int(number):
-        raise ValueError(f"{field}: expected {what}, got {value}")
-    return int(number)
-
-
-def check_between(field: str, value: object, low: float, high: float, what: str) -> float:
-    """As :func:`check_number`, with the bounds themselves left out."""
-    return check_number(field, value, math.nextafter(low, high), math.nextafter(high, low), what)
 
 
 def check_poisson(value: object) -> float:

@@ -16,7 +16,7 @@ MET = 1e-3  # distance from the start of the point corrected in the plane throug
 
 
 class End(Protocol):
-    """A point of a curve on its discretization."""
+    """A point of a curve on its discretization, with the last estimate of its error."""
 
     @property
     def colloc(self) -> Collocation: ...
@@ -26,6 +26,9 @@ class End(Protocol):
 
     @property
     def tangent(self) -> Columns: ...
+
+    @property
+    def error(self) -> float: ...
 
 
 class Arc(Protocol):

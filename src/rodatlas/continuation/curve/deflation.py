@@ -21,12 +21,13 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
+from numbers import Real
 
 import numpy as np
 
-from rodatlas.continuation.checks import check_each, check_type
+from rodatlas.continuation.checks import check_each, check_function, check_type, check_whole, shown
 from rodatlas.continuation.curve.options import TraceOptions
-from rodatlas.continuation.curve.start import NotConverged
+from rodatlas.continuation.curve.start import NotConverged, free_or_only
 from rodatlas.continuation.curve.trace import solve
 from rodatlas.continuation.discrete.collocation import Collocation, Scale, add, free_indices, scaled
 from rodatlas.continuation.discrete.newton import Condition, NewtonCode, fixed, newton
@@ -106,9 +107,8 @@ def deflated_solve(
     check_type("bvp", bvp, BVP, "a BVP")
     check_type("guess", guess, Solution, "a Solution")
     check_each("known", known, Solution, "a sequence of Solutions")
-    if not (power >= 1 and shift >= 0):
-        raise ValueError(f"power, shift: expected power >= 1 and shift >= 0, got {power}, {shift}")
-    options = options or TraceOptions()
+    _check_factor(power, shift)
+    options = TraceOptions.given(options)
     free = _names(bvp, free)
     _check_parameters(guess, known, free)
     where = f"deflated Newton from {guess!r}"
@@ -160,7 +160,14 @@ def other_solutions(
     check_each("known", known, Solution, "a sequence of Solutions")
     if not known:
         raise ValueError("known: expected at least one solution, got none")
-    options = options or TraceOptions()
+    _check_factor(power, shift)
+    if guesses is not None:
+        check_each("guesses", guesses, Solution, "a sequence of Solutions")
+    check_whole("limit", limit, 0, "a whole number of at least 0")
+    check_each("images", images, object, "a sequence of functions of a solution")
+    for map_of in images:
+        check_function("images", map_of)
+    options = TraceOptions.given(options)
     free = _names(bvp, free)
     _check_parameters(known[0], known, free)
     deflated = [image for s in known for image in _orbit(bvp, s, images, free, options)]
@@ -180,6 +187,14 @@ def other_solutions(
         if not queue or len(found) >= limit:
             return found
         starts = perturbed(bvp, queue.pop(0), free, options)
+
+
+def _check_factor(power: object, shift: object) -> None:
+    numbers = all(isinstance(x, Real) and not isinstance(x, bool) and x < np.inf for x in (power, shift))
+    if not (numbers and power >= 1 and shift >= 0):  # type: ignore[operator]
+        raise ValueError(
+            f"power, shift: expected finite numbers power >= 1 and shift >= 0, got {shown(power)}, {shown(shift)}"
+        )
 
 
 def deflated_newton(
@@ -337,7 +352,7 @@ def _orbit(
 
 
 def _names(bvp: BVP, free: Sequence[str] | None) -> Sequence[str]:
-    free = free or (bvp.parameter_names[:1] if bvp.n_free == 1 else ())
+    free = free_or_only(bvp, free)
     free_indices(bvp, free)
     return free
 

@@ -13,6 +13,8 @@ from rodatlas.continuation.curve.segment import (
     Located,
     Segment,
     attempts,
+    begins,
+    bisected,
     changes,
     dips,
     passes_twice,
@@ -27,6 +29,8 @@ from rodatlas.continuation.singular.normal_form import branch_point_form
 from rodatlas.continuation.singular.refine import refined
 from rodatlas.continuation.singular.smallest import smallest_singular
 
+UNCHANGED = 1e-10  # relative change of an observable, or distance from a value, that is round-off
+UPRIGHT = 1e-3  # tangent component of the parameter at a branch point, in units of that a step away, that is none
 GRAZING = 0.1  # share of its values at the ends to which an observable comes near the value that is sought
 
 
@@ -44,10 +48,30 @@ def locate_events(segment: Segment, options: TraceOptions) -> list[Located]:
         # its tangents are unknown, but one place means one pitchfork
         branch_point, fold = replace(branch_point, special=replace(branch_point.special, turns=True)), None
     found += [event for event in (branch_point, fold) if event]
-    found += [_locate_zero(segment, name, value, options) for name, value in options.sought
-              if changes(*_values(segment, name, value))]  # fmt: skip
+    found += _locate_zeros(segment, options)
     found += locate_extrema(segment, options, branch_point)
     return sorted(found, key=lambda item: item.fraction)
+
+
+def events_off(segment: Segment, options: TraceOptions) -> list[Located]:
+    """The same on the first step from a branch point, where the determinant that tells of others vanishes.
+
+    A fold at the branch point itself is that of a pitchfork, seen from its side branch.
+    """
+    found = [*_locate_zeros(segment, options), *locate_extrema(segment, options, None)]
+    a, b = segment.fold_tests
+    if "fold" in options.locate and changes(a, b, FOLD_NOISE) and abs(a) > UPRIGHT * abs(b):
+        found.append(_locate_fold(segment, options))
+    return sorted(found, key=lambda item: item.fraction)
+
+
+def _locate_zeros(segment: Segment, options: TraceOptions) -> list[Located]:
+    found = []
+    for name, value in options.sought:
+        ends, noise = _values(segment, name, value), UNCHANGED * max(1.0, abs(value))
+        if changes(*ends) or begins(segment, *ends, noise):
+            found.append(_locate_zero(segment, name, value, options))
+    return found
 
 
 def turns_at(special: SpecialPoint) -> bool:
@@ -191,9 +215,17 @@ def _locate_zero(segment: Segment, name: str, value: float, options: TraceOption
     colloc = segment.colloc
     a, b = _values(segment, name, value)
     guess = a / (a - b)
-    result = newton(colloc, segment.interpolate(guess), [fixed(name, value)(colloc)], options.newton)
+    held = fixed(name, value)(colloc)
+    result = newton(colloc, segment.interpolate(guess), [held], options.newton)
     converged = result.converged and segment.holds(result.state)
+    if not converged and segment.left.branch_test[0] == 0.0:  # the first step from a branch point is never made shorter
+        at = colloc.bvp.coordinate(name, value)
+        x = bisected(segment, options, lambda frame: colloc.observable_row(name, frame.x)[0] - at)[1]
+        result = newton(colloc, x, [held], options.newton)
+        converged = result.converged and segment.holds(result.state)
     state = result.state if converged else segment.interpolate(guess)
+    if not converged and segment.is_first and abs(a) < UNCHANGED * max(1.0, abs(value)):  # it only touches the value
+        converged, state = True, segment.left.x
     found = Augmented(converged, state, (), np.full((1, 1), np.nan), result.estimate, len(result.corrections))
     tangent = segment.direction(guess)
     return _record(segment, options, f"zero of {name}", found, tangent, (a, b), (0.0, 1.0), found.iterations)

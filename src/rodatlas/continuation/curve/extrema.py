@@ -8,7 +8,7 @@ import numpy as np
 
 from rodatlas.continuation.curve.options import TraceOptions
 from rodatlas.continuation.curve.point import Frame, unit_tangent
-from rodatlas.continuation.curve.segment import Located, Segment, attempts, changes, dips
+from rodatlas.continuation.curve.segment import AT_START, Located, Segment, attempts, begins, changes, dips
 from rodatlas.continuation.discrete.collocation import Collocation
 from rodatlas.continuation.linear.matrix import Columns
 from rodatlas.continuation.results.branch import NormalForm, SpecialPoint, Status
@@ -23,6 +23,7 @@ INEXACT = (
 NOISE = 1e-7  # slopes that states known to the usual tolerance may have where the observable is constant
 AT_BRANCH_POINT = 1e-5  # slopes that mean: extreme at the branch point itself, as on a pitchfork's side branch
 ROUND_OFF = 1e-12
+SHARE = 0.2  # of the mean second derivative on a first segment, below which that at its start is none
 
 
 def locate_extrema(segment: Segment, options: TraceOptions, branch_point: Located | None) -> list[Located]:
@@ -38,7 +39,22 @@ def locate_extrema(segment: Segment, options: TraceOptions, branch_point: Locate
         if changes(one, two, NOISE):
             met = branch_point and _met(segment, name, branch_point, (one, two))
             found.append(met or _locate(segment, name, options, (one, two)))
+        elif segment.left.branch_test[0] != 0.0 and begins(segment, one, two, NOISE):
+            located = _locate(segment, name, options, (one, two))
+            if _bends(segment, name, located, two):
+                found.append(located)
     return found
+
+
+def _bends(segment: Segment, name: str, located: Located, slope: float) -> bool:
+    """Whether the slope that an observable has at the end of a first segment comes from an extremum at its start.
+
+    At an inflection the second derivative vanishes too.
+    """
+    form = located.special.normal_form
+    if form is None or located.fraction * segment.step > AT_START:
+        return False
+    return abs(form.bend) * segment.step > SHARE * abs(slope) * _size(segment.colloc, name, segment.right.x)
 
 
 def may_be_extreme_twice(segment: Segment, name: str) -> bool:

@@ -10,10 +10,13 @@ from typing import Any
 
 import numpy as np
 
+from rodatlas.continuation.curve.events import UNCHANGED
+from rodatlas.continuation.curve.march import Step
 from rodatlas.continuation.curve.options import TraceOptions
 from rodatlas.continuation.curve.point import Frame
 from rodatlas.continuation.curve.resolve import doubted
-from rodatlas.continuation.curve.walker import Step, Walker
+from rodatlas.continuation.curve.segment import AT_START
+from rodatlas.continuation.curve.walker import Walker
 from rodatlas.continuation.discrete.collocation import Collocation, scaled
 from rodatlas.continuation.discrete.newton import NewtonCode
 from rodatlas.continuation.discrete.solution import Solution
@@ -72,7 +75,7 @@ class Half:
     """The steps of one walker, and why they end."""
 
     def __init__(self, walker: Walker, guard: Guard, on_point: Callable[[Point], None] | None):
-        self.walker, self.steps = walker, list[Step]()
+        self.walker, self.steps = walker, list[Step[Point, SpecialPoint]]()
         self._guard, self._on_point = guard, on_point
         self.end = EndReason.INTERRUPTED
 
@@ -112,7 +115,7 @@ def joined(frame: Frame, options: TraceOptions, forward: Half, backward: Half | 
         more, also, doubts = _collect(backward)
         points = [flipped(p) for p in reversed(more)] + points
         also = [flipped_special(x) for x in reversed(also)]
-        special = also + special[_is_at_start(also, special) :]
+        special = also + [x for x in special if not any(is_same(x, y) for y in also)]
         discrepancies = [flipped_discrepancy(d) for d in reversed(doubts)] + discrepancies
         first, failure = backward.end, backward.failure
         spent += backward.walker.newton_iterations
@@ -150,11 +153,18 @@ def _collect(half: Half) -> tuple[list[Point], list[SpecialPoint], list[Discrepa
     return points, special, sorted([*found, *unseen], key=lambda d: d.bracket)
 
 
-def _is_at_start(before: list[SpecialPoint], after: list[SpecialPoint]) -> bool:
-    """Whether both halves of a branch report one multiple branch point, right at the start."""
-    if not (before and after and before[-1].multiplicity == after[0].multiplicity > 1):
+def is_same(one: SpecialPoint, two: SpecialPoint) -> bool:
+    """Whether two walks from one place report one special point there.
+
+    Both see what an observable does there, and a multiple branch point; of a simple one, and of a fold, a test function
+    changes sign on one side only.
+    """
+    if one.kind != two.kind or abs(one.arclength - two.arclength) > AT_START:
         return False
-    return after[0].arclength - before[-1].arclength < 1e-6
+    if one.is_singular:
+        return one.multiplicity == two.multiplicity > 1
+    values = one.solution[one.name], two.solution[two.name]
+    return bool(np.isclose(*values, rtol=UNCHANGED, atol=UNCHANGED))
 
 
 def flipped(p: Point) -> Point:

@@ -97,19 +97,6 @@ class SingularPlace:
         return self.point.multiplicity if self.point else 1
 
 
-def locate_multiple(segment: Segment, options: TraceOptions) -> MultiplePoint | None:
-    """The first multiple branch point on a short segment, with its branches; None when there is none."""
-    return next((place.point for place in singular_places(segment, options) if place.point), None)
-
-
-def singular_places(segment: Segment, options: TraceOptions) -> tuple[SingularPlace, ...]:
-    """All places on a segment where a mode becomes singular, in order; those of multiplicity two or more complete.
-
-    Places at the very ends of the segment are included. A mode that touches zero without crossing it counts once.
-    """
-    return search_places(segment, options).places
-
-
 @dataclass(frozen=True)
 class Search:
     """Singular places of a segment.
@@ -127,7 +114,11 @@ class Search:
 
 
 def search_places(segment: Segment, options: TraceOptions, keep_off: bool = False) -> Search:
-    """The places of :func:`singular_places`; none with `keep_off` where the segment should end somewhere else."""
+    """All places on a segment where a mode becomes singular; those of multiplicity two or more with all branches.
+
+    Places at the very ends of the segment are included. A mode that touches zero without crossing it counts once. With
+    `keep_off` there are none where the segment should end somewhere else.
+    """
     count, slack = WATCHED, max(1e-6, 1e-8 / segment.step)
     reach = max(0.5, SHORTEST / 2 / segment.step)
     while True:
@@ -153,13 +144,6 @@ def search_places(segment: Segment, options: TraceOptions, keep_off: bool = Fals
             t = point.fraction if point else segment.position(x)[0]
             places.append(SingularPlace(t, segment.start + t * segment.step, x, point))
     return Search(tuple(places), True, close)
-
-
-def side_directions(colloc: Collocation, point: MultiplePoint) -> tuple[Columns, ...]:
-    """Unit tangents of all rays that leave a multiple point, on the mesh of `colloc`."""
-    directions = point.directions or Rays.of(point.kernel).directions
-    same = np.array_equal(colloc.mesh, point.colloc.mesh) and colloc.scheme.points == point.colloc.scheme.points
-    return directions if same else tuple(map(point.colloc.carrier(colloc), directions))
 
 
 def _multiple(

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from rodatlas.continuation.checks import check_each, check_fields, check_type, shown
+from rodatlas.continuation.checks import check_distinct, check_fields, check_function, check_type, shown
 from rodatlas.continuation.discrete.mesh import MeshControl
 from rodatlas.continuation.discrete.newton import NewtonOptions
 from rodatlas.continuation.problem.bvp import BVP
@@ -67,13 +67,15 @@ class TraceOptions:
     Attributes
     ----------
     bounds : free parameter or observable name -> (low, high); the branch ends exactly there.
-    zeros : free parameter or observable name -> value to be located along the way, or a sequence of them.
+    zeros : free parameter or observable name -> value to be located along the way, its start included, or a sequence of
+        them.
     extrema : free parameters or observables whose maxima and minima along the branch, or a locus, are located. (Those
         of the continuation parameter are the folds.)
     locate : kinds of special points to detect.
     index : function of a solution that returns an integer (None: unknown) which changes by one at each simple fold
         and branch point (the Morse index of a variational problem); it is compared with the located events.
-    stop_at : function of (special point, last point); True ends the branch at the special point.
+    stop_at : function of (special point, last point); True ends the branch at the special point. Zeros and extrema at
+        the very start of a run do not end it.
     newton : its tolerance is lowered to a tenth of the mesh's when it is above.
     on_point : called with every accepted point of a branch or locus (progress).
     max_points, max_folds : limits in each direction; the branch ends at the fold that is one too many.
@@ -102,13 +104,13 @@ class TraceOptions:
             check_type(name, getattr(self, name), part, f"{part.__name__}(..)")
         check_type("bounds", self.bounds, Mapping, "a mapping of names to (low, high)")
         check_type("zeros", self.zeros, Mapping, "a mapping of names to values")
-        check_each("locate", self.locate, str, f"some of {KINDS}")
-        check_each("extrema", self.extrema, str, "a tuple of names of free parameters or observables")
-        check_each("within", self.within, str, "a tuple of names of symmetries")
+        check_distinct("locate", self.locate, f"some of {KINDS}")
+        check_distinct("extrema", self.extrema, "a tuple of names of free parameters or observables")
+        check_distinct("within", self.within, "a tuple of names of symmetries")
         check_type("max_points", self.max_points, Integral, "a whole number")
         for name in ("index", "stop_at", "on_point"):
-            if getattr(self, name) is not None and not callable(getattr(self, name)):
-                raise ValueError(f"{name}: expected a function, got {getattr(self, name)!r}")
+            if getattr(self, name) is not None:
+                check_function(name, getattr(self, name))
         if self.max_folds is not None:
             check_type("max_folds", self.max_folds, Integral, "a whole number")
             if self.max_folds < 0:
@@ -118,18 +120,24 @@ class TraceOptions:
                 raise ValueError(f"locate: expected some of {KINDS}, got '{kind}'")
         for name, pair in self.bounds.items():
             if not _is_pair(pair) or not pair[0] < pair[1]:
-                raise ValueError(f"bounds: expected numbers low < high for '{name}', got {pair!r}")
+                raise ValueError(f"bounds: expected numbers low < high for '{name}', got {shown(pair)}")
         for name, value in self.zeros.items():
-            if not isinstance(value, Real) and not _are_numbers(value):
+            if not _is_number(value) and not _are_numbers(value):
                 raise ValueError(f"zeros: expected a number, or a sequence of them, for '{name}', got {shown(value)}")
             if not np.isfinite(np.asarray(value, dtype=float)).all():
                 raise ValueError(f"zeros: expected finite numbers for '{name}', got {shown(value)}")
         if self.backend not in (None, "numba", "scipy"):
-            raise ValueError(f"backend: expected 'numba', 'scipy' or None, got '{self.backend}'")
+            raise ValueError(f"backend: expected 'numba', 'scipy' or None, got {shown(self.backend)}")
         if self.max_points < 1:
             raise ValueError(f"max_points: expected at least 1, got {self.max_points}")
         if self.newton.tolerance > 0.1 * self.mesh.tolerance:  # else no mesh could meet its own tolerance
             object.__setattr__(self, "newton", replace(self.newton, tolerance=0.1 * self.mesh.tolerance))
+
+    @classmethod
+    def given(cls, options: TraceOptions | None) -> TraceOptions:
+        """What a caller gave, the defaults for None; ValueError for anything else."""
+        check_type("options", options, (TraceOptions, type(None)), "TraceOptions")
+        return cls() if options is None else options
 
     @property
     def sought(self) -> tuple[tuple[str, float], ...]:
@@ -162,9 +170,13 @@ class TraceOptions:
         return plain | {key: getattr(self, key) for key in ("max_points", "max_folds", "backend")}
 
 
+def _is_number(value: object) -> bool:
+    return isinstance(value, Real) and not isinstance(value, bool)
+
+
 def _is_pair(value: object) -> bool:
-    return isinstance(value, Sequence) and len(value) == 2 and all(isinstance(v, Real) for v in value)
+    return isinstance(value, Sequence) and len(value) == 2 and all(map(_is_number, value))
 
 
 def _are_numbers(value: object) -> bool:
-    return isinstance(value, Sequence | np.ndarray) and len(value) > 0 and all(isinstance(v, Real) for v in value)
+    return isinstance(value, Sequence | np.ndarray) and len(value) > 0 and all(map(_is_number, value))

@@ -6,6 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from rodatlas.continuation.curve.join import is_same
 from rodatlas.continuation.curve.modes import with_resolved_mode
 from rodatlas.continuation.curve.options import TraceOptions
 from rodatlas.continuation.curve.point import Frame, first_frame
@@ -41,7 +42,8 @@ def rechecked(branch: Branch, frame: Frame, options: TraceOptions) -> Branch:
             continue
         cleared += 1
         low, high = left.arclength, right.arclength
-        special = [x for x in special if not low <= x.arclength <= high] + found
+        kept = [x for x in special if not low <= x.arclength <= high]
+        special = kept + [x for x in found if not any(is_same(x, y) for y in kept)]
         discrepancies = [d for d in discrepancies if not _overlap(d.bracket, (low, high))]
     special.sort(key=lambda x: x.arclength)
     events = [x.status for x in special if not x.is_zero]

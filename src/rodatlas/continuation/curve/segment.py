@@ -21,6 +21,7 @@ FOLD_NOISE = 1e-9  # tangent component of the parameter below which it is round-
 STEEP = 4.0  # change of a singular value per arclength that is hardly ever exceeded, where none is known yet
 LEEWAY = 2.0  # by which a mode may be steeper than those that were seen
 PASSES, SLOW = 5, 5.0  # of inverse iteration, and how much too large a second singular value may be after one
+AT_START = 1e-6  # arclength within which a special point is one of the very start of a walk
 EDGE = 0.02  # share of a segment at its ends where an expected branch point may lie on the next one
 
 
@@ -47,7 +48,7 @@ class Located:
     @property
     def is_singular(self) -> bool:
         """Whether the problem is singular there at a fixed continuation parameter."""
-        return self.special.kind in ("fold", "branch point")
+        return self.special.is_singular
 
     @property
     def turns(self) -> bool:
@@ -79,6 +80,11 @@ class Segment:
     @property
     def colloc(self) -> Collocation:
         return self.right.colloc
+
+    @property
+    def is_first(self) -> bool:
+        """Whether a walk starts with it: what lies right at its left end is on no other segment."""
+        return self.left.previous is None
 
     @property
     def fold_tests(self) -> tuple[float, float]:
@@ -169,6 +175,11 @@ def changes(a: float, b: float, noise: float = 0.0) -> bool:
     return a * b < 0 or (b == 0.0 and a != 0.0)
 
 
+def begins(segment: Segment, a: float, b: float, noise: float) -> bool:
+    """Whether a walk starts where a test function, a and b at the ends of its first segment, vanishes."""
+    return segment.is_first and abs(b) > noise and abs(a) * segment.step <= AT_START * abs(b - a)
+
+
 def dips(left: float, right: float, mean: float, noise: float = 0.0) -> bool:
     """Whether a slope that is `left` and `right` at the ends of a step and `mean` on average dips between them.
 
@@ -211,7 +222,7 @@ def attempts(
     found = attempt(segment.interpolate(guess), tangent)
     spent = found.iterations
     if not (found.converged and segment.holds(found.state)):
-        bracket, x, tangent, more = _bisect(segment, options, test)
+        bracket, x, tangent, more = bisected(segment, options, test)
         found = attempt(x, tangent)
         spent += more + found.iterations
         if not (found.converged and segment.holds(found.state)):
@@ -219,7 +230,7 @@ def attempts(
     return found, tangent, bracket, spent
 
 
-def _bisect(
+def bisected(
     segment: Segment, options: TraceOptions, test: Callable[[Frame], float], cuts: int = 14
 ) -> tuple[tuple[float, float], Columns, Columns, int]:
     """Narrow the sign change of a test function by bisection on the curve itself."""

@@ -18,7 +18,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from rodatlas.continuation.checks import check_type
+from rodatlas.continuation.checks import check_type, shown
 from rodatlas.continuation.curve.start import IDLE, NotConverged
 from rodatlas.continuation.discrete.collocation import Collocation, Row, Scale, add, scaled
 from rodatlas.continuation.discrete.newton import NewtonCode
@@ -68,9 +68,9 @@ def sensitivity(bvp: BVP, special: SpecialPoint, of: str | None = None) -> dict[
         raise ValueError(f"special: expected a converged point, got a bracketed {special.kind}")
     if special.multiplicity > 1:
         raise ValueError(f"special: expected a simple point, got one of multiplicity {special.multiplicity}")
-    of, free = of or special.free[0], special.free
+    of, free = special.free[0] if of is None else of, special.free
     if of not in (*free, *bvp.observables):
-        raise ValueError(f"of: expected one of {', '.join((*free, *bvp.observables))}, got '{of}'")
+        raise ValueError(f"of: expected one of {', '.join((*free, *bvp.observables))}, got {shown(of)}")
     scale = special.scale or Scale.of(bvp, special.solution)
     solution, kind = special.solution, special.kind
     if special.is_branch_point:

@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from rodatlas.continuation.checks import check_each
 from rodatlas.continuation.curve.damped import approached
 from rodatlas.continuation.curve.join import is_finite
 from rodatlas.continuation.curve.options import TraceOptions
@@ -197,6 +198,14 @@ def _checked(bvp: BVP, start: Solution) -> Solution:
         start, unknowns=bvp.unknowns, parameter_names=bvp.parameter_names, values=start.values[:, order],
         stages=start.stages[..., order], parameters=parameters,
     )  # fmt: skip
+
+
+def free_or_only(bvp: BVP, free: Sequence[str] | None) -> Sequence[str]:
+    """The names of free parameters that were given; where there is one to choose only, that is held."""
+    if free is None:
+        return bvp.parameter_names[:1] if bvp.n_free == 1 else ()
+    check_each("free", free, str, "names of parameters such as ('lam',)")
+    return free
 
 
 def check_belongs(bvp: BVP, field: str, solution: Solution, in_order: bool = False) -> None:

@@ -8,9 +8,13 @@ from numbers import Real
 
 import numpy as np
 
-from rodatlas.continuation.checks import check_type, shown
+from rodatlas.continuation.checks import check_each, check_type, shown
+from rodatlas.continuation.curve.events import events_off
+from rodatlas.continuation.curve.join import is_same
 from rodatlas.continuation.curve.options import TraceOptions
+from rodatlas.continuation.curve.orbit import bare_special
 from rodatlas.continuation.curve.point import Frame, with_tests
+from rodatlas.continuation.curve.segment import AT_START, Segment
 from rodatlas.continuation.curve.settle import across, settled
 from rodatlas.continuation.curve.start import check_belongs
 from rodatlas.continuation.curve.trace import follow
@@ -19,8 +23,9 @@ from rodatlas.continuation.discrete.newton import newton, plane
 from rodatlas.continuation.discrete.phase import fitted, orbit_directions, phased, with_phases
 from rodatlas.continuation.linear.matrix import Columns
 from rodatlas.continuation.problem.bvp import BVP
-from rodatlas.continuation.results.branch import Branch, EndReason, Point, SpecialPoint
+from rodatlas.continuation.results.branch import Branch, EndReason, Point, SpecialPoint, Status
 from rodatlas.continuation.singular.augmented import kernel_directions
+from rodatlas.continuation.symmetric.isotropy import with_symmetry
 
 UNDECLARED = (
     "at: expected isolated branches, got a branch point from which a circle of branches leaves. The problem has a "
@@ -62,8 +67,8 @@ def switch(
     switch_all : every other branch, to both sides.
     """
     check_type("bvp", bvp, BVP, "a BVP")
-    _check(bvp, at, side, ray)
-    options = options or TraceOptions()
+    _check(bvp, at, side, ray, free)
+    options = TraceOptions.given(options)
     options.check_names(bvp, free)
     start = _departure(bvp, at, tuple(free), options, (2 if side == 1 else 3) if ray is None else ray, scale)
     return None if start is None else _followed(at, start, options, first_step)
@@ -83,8 +88,8 @@ def switch_all(
     switch : one of them, with the same parameters and exceptions.
     """
     check_type("bvp", bvp, BVP, "a BVP")
-    _check(bvp, at, 1, None)
-    options = options or TraceOptions()
+    _check(bvp, at, 1, None, free)
+    options = TraceOptions.given(options)
     options.check_names(bvp, free)
     found = []
     for ray in range(2, max(4, len(at.rays)) if at.multiplicity == 1 else len(at.rays)):
@@ -110,14 +115,15 @@ class _Departure:
         return add(self.origin.x, *terms)
 
 
-def _check(bvp: BVP, at: SpecialPoint, side: int, ray: int | None) -> None:
+def _check(bvp: BVP, at: SpecialPoint, side: int, ray: int | None, free: Sequence[str]) -> None:
     """Raise ValueError when no branch can be followed from here, or the choice does not exist."""
+    check_each("free", free, str, "names of parameters such as ('lam',)")
     if not isinstance(at, SpecialPoint):
         raise ValueError(f"at: expected a special point of a branch, got {at!r}")
     if at.kind != "branch point":
         raise ValueError(f"at: expected a branch point, got a {at.kind}")
-    if side not in (1, -1):
-        raise ValueError(f"side: expected 1 or -1, got {side!r}")
+    if isinstance(side, bool) or side not in (1, -1):
+        raise ValueError(f"side: expected 1 or -1, got {shown(side)}")
     if at.continuum and not bvp.generators:
         raise ValueError(UNDECLARED)
     count = max(4, len(at.rays)) if at.multiplicity == 1 else len(at.rays)
@@ -197,16 +203,49 @@ def _followed(at: SpecialPoint, start: _Departure, options: TraceOptions, first_
     stepped, step = found
     frame = settled(stepped, options, (across,)).frame
     frame = replace(frame, weakness_before=0.0, previous_step=step)  # before it lies the branch point itself
-    first = _first_point(at, origin)
+    first, passed = _first_point(at, origin), _passed(origin, stepped, step, options)
+    if (ended := _ended(first, passed, options, origin)) is not None:
+        return ended
     try:
         branch = follow(frame, options, both=False, start=EndReason.BRANCH_POINT, arclength=step)
     except BaseException as error:
         if (part := getattr(error, "branch", None)) is not None:
-            error.branch = replace(part, points=(first, *part.points))  # type: ignore[attr-defined]
+            error.branch = _from(first, passed, part)  # type: ignore[attr-defined]
         raise
     if any(not low <= branch.points[0].solution[name] <= high for name, (low, high) in options.bounds.items()):
         return replace(branch, points=(first,), special=(), ends=(EndReason.BRANCH_POINT, EndReason.RANGE))
-    return replace(branch, points=(first, *branch.points))
+    return _from(first, passed, branch)
+
+
+def _passed(origin: Frame, stepped: Frame, step: float, options: TraceOptions) -> list[SpecialPoint]:
+    """The special points between a branch point and the first state beyond it."""
+    segment, bvp = Segment(origin, stepped, step, 0.0), origin.colloc.bvp
+    found = [with_symmetry(bvp, e.special) for e in events_off(segment, options)]
+    if bvp.phases:
+        found = [bare_special(x, len(origin.colloc.free) - bvp.unfoldings, bvp) for x in found]
+    return found
+
+
+def _from(first: Point, passed: list[SpecialPoint], branch: Branch) -> Branch:
+    """A branch with the branch point before it, and what lies between."""
+    passed = [x for x in passed if not any(is_same(x, y) for y in branch.special)]
+    converged = sum(x.status is Status.CONVERGED and not x.is_zero for x in passed)
+    record = replace(branch.verification, converged=branch.verification.converged + converged)
+    return replace(branch, points=(first, *branch.points), special=(*passed, *branch.special), verification=record)
+
+
+def _ended(first: Point, passed: list[SpecialPoint], options: TraceOptions, origin: Frame) -> Branch | None:
+    """The branch that ends at a special point of its first step, as the options want it; None when it goes on."""
+    for i, item in enumerate(passed):
+        stops = options.stop_at is not None and item.arclength > AT_START and options.stop_at(item, first)
+        many = options.max_folds is not None and sum(x.kind == "fold" for x in passed[: i + 1]) > options.max_folds
+        if stops or many:
+            last = replace(first, solution=item.solution, arclength=item.arclength, fold_test=0.0, step=item.arclength)
+            ends = (EndReason.BRANCH_POINT, EndReason.STOPPED if stops else EndReason.FOLD_LIMIT)
+            names = tuple(origin.colloc.bvp.parameter_names[k] for k in origin.colloc.free[: len(first.tangent)])
+            settings = {"problem": origin.colloc.bvp.name, **options.settings()}
+            return Branch(names, (first, last), tuple(passed[: i + 1]), ends, settings=settings)
+    return None
 
 
 def _first_point(at: SpecialPoint, origin: Frame) -> Point:

@@ -8,20 +8,22 @@ from functools import partial
 
 import numpy as np
 
-from rodatlas.continuation.checks import check_each, check_type
+from rodatlas.continuation.checks import check_each, check_flag, check_number, check_type
 from rodatlas.continuation.curve.join import Guard, Half, joined
 from rodatlas.continuation.curve.options import TraceOptions
 from rodatlas.continuation.curve.orbit import bare
 from rodatlas.continuation.curve.point import Frame
 from rodatlas.continuation.curve.resolve import resolved
 from rodatlas.continuation.curve.retrace import rechecked
-from rodatlas.continuation.curve.start import NotConverged, check_belongs, first_state
+from rodatlas.continuation.curve.start import NotConverged, check_belongs, first_state, free_or_only
 from rodatlas.continuation.curve.walker import Walker
 from rodatlas.continuation.curve.ways import walked
 from rodatlas.continuation.discrete.collocation import Scale
 from rodatlas.continuation.discrete.solution import Solution
 from rodatlas.continuation.problem.bvp import BVP
 from rodatlas.continuation.results.branch import Branch, EndReason
+
+DIRECTION = "a number whose sign tells the way"
 
 
 def solve(
@@ -45,11 +47,10 @@ def solve(
     """
     check_type("bvp", bvp, BVP, "a BVP")
     check_type("guess", guess, Solution, "a Solution")
-    options = options or TraceOptions()
+    options = TraceOptions.given(options)
     if not bvp.parameters:
         return _solved_without_parameters(bvp, guess, options)
-    free = free or (bvp.parameter_names[:1] if bvp.n_free == 1 else ())
-    frame = first_state(bvp, guess, free, options)
+    frame = first_state(bvp, guess, free_or_only(bvp, free), options)
     return frame.colloc.solution(frame.x, frame.error)
 
 
@@ -112,8 +113,11 @@ def trace(
     check_type("bvp", bvp, BVP, "a BVP")
     check_type("start", start, Solution, "a Solution")
     check_each("free", free, str, "names of parameters such as ('lam',)")
-    check_type("options", options, (TraceOptions, type(None)), "TraceOptions")
-    options = options or TraceOptions()
+    check_flag("both", both)
+    if check_number("direction", direction, -np.inf, np.inf, DIRECTION) == 0:
+        raise ValueError(f"direction: expected {DIRECTION}, got {direction}")
+    check_type("scale", scale, (Scale, type(None)), "a Scale")
+    options = TraceOptions.given(options)
     options.check_names(bvp, free)
     frame = first_state(bvp, start, free, options, scale)
     values = _watched_values(frame, options)
@@ -158,6 +162,9 @@ def follow(
     """
     check_type("frame", frame, Frame, "a frame: see `trace` for runs from a Solution")
     check_type("options", options, TraceOptions, "TraceOptions")
+    check_flag("both", both)
+    check_type("start", start, EndReason, "an EndReason")
+    check_number("arclength", arclength, -np.inf, np.inf, "a finite number")
     guard, bvp = Guard(), frame.colloc.bvp
     watched = guard.options(options)
 

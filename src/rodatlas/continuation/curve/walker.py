@@ -1,67 +1,44 @@
-"""Pseudo-arclength continuation as an iterator over the points of one branch, in one direction."""
+"""The steps along a branch: what is passed on the way, and whether the bookkeeping adds up."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass, replace
+from dataclasses import replace
+from functools import partial
 from itertools import pairwise
 
 import numpy as np
 
-from rodatlas.continuation.curve.bounds import Crossing, are_finite, crossed
+from rodatlas.continuation.curve.bounds import Crossing
 from rodatlas.continuation.curve.chord import reached
 from rodatlas.continuation.curve.closing import passes
-from rodatlas.continuation.curve.doubt import Doubt, ErrorWatch
 from rodatlas.continuation.curve.events import (
     explains,
     locate_events,
     unresolved,
 )
+from rodatlas.continuation.curve.march import Corrected, March, Step, Trial
 from rodatlas.continuation.curve.modes import adapted, measured_at, with_resolved_mode
 from rodatlas.continuation.curve.multiple_events import told_apart
 from rodatlas.continuation.curve.options import TraceOptions
 from rodatlas.continuation.curve.point import Frame
-from rodatlas.continuation.curve.segment import EDGE, Located, Segment
+from rodatlas.continuation.curve.segment import AT_START, EDGE, Located, Segment
 from rodatlas.continuation.curve.settle import across, settled
 from rodatlas.continuation.discrete.collocation import add, arc_length, arc_over_sine
 from rodatlas.continuation.discrete.mesh import ACCEPTED, monitor
-from rodatlas.continuation.discrete.newton import NewtonCode, fixed, newton, plane
+from rodatlas.continuation.discrete.newton import fixed, newton, plane
 from rodatlas.continuation.linear.matrix import Columns
 from rodatlas.continuation.results.branch import EndReason, Point, SpecialPoint
 from rodatlas.continuation.results.verification import NEARLY_SINGULAR, ROUND_OFF, UNRESOLVED_MODE, Discrepancy
 from rodatlas.continuation.symmetric.isotropy import with_symmetry
 
-ON_BOUND = 1e-12  # distance from a bound, relative to it or to one, within which a point lies on it
 FORGETS = 0.8  # of the usual step, with every step taken
 VAGUE = 0.15  # relative error of the distance at which a branch point is seen, at most
 
 
-@dataclass(frozen=True)
-class Step:
-    """What one step of a walker yields: the special points passed, then the point reached."""
-
-    point: Point
-    special: tuple[SpecialPoint, ...] = ()
-    discrepancy: Discrepancy | None = None
-    repeated: bool = False
-
-
-@dataclass(frozen=True)
-class _Trial:
-    """A corrected step: the frame reached, its distance, Newton's work, and whether it lies on a bound."""
-
-    frame: Frame
-    length: float
-    iterations: int
-    first_correction: float
-    at_bound: bool
-
-
-class Walker:
+class Walker(March[Frame, Segment, Point, SpecialPoint]):
     """Follows a branch from a frame; iterate over it, then read `end`, `failure`, `doubts` and `unseen` (points and
-    intervals that the mesh did not resolve) and `newton_iterations`.
-
-    Iteration may be broken off and taken up again; `last` is the point reached.
+    intervals that the mesh did not resolve) and `newton_iterations`. `last` is the point reached.
 
     Parameters
     ----------
@@ -74,157 +51,92 @@ class Walker:
         shape of the curve, which only a walk with much shorter steps can tell.
     """
 
+    on_bound = 1e-12
+
     def __init__(self, frame: Frame, options: TraceOptions, arclength: float = 0.0, looks_back: bool = True):
-        self.options, self._looks_back = options, looks_back
-        self.start = frame
-        self.frame = frame
-        self.end: EndReason | None = None
-        self.failure: NewtonCode | None = None
+        super().__init__(frame, options, _density, arclength)
+        self._looks_back = looks_back
         self.newton_iterations = 0
         self.unfolding = 0.0  # largest unfolding parameter of phase conditions
         self._first = self._point(frame, arclength, 0, 0.0)
         self.last = self._first
-        self._step = options.step.initial
         self._usual = 0.0  # steps that were tried of late: near a multiple point they get shorter and shorter
         self._folds = 0
-        self._count = 0
         self._early: set[str] = set()
         self._passed: SpecialPoint | None = None
-        density = monitor(frame.colloc, frame.x)
-        self._watch = ErrorWatch(options.mesh, frame.colloc, frame.error, density, arclength)
         self.unseen: list[Discrepancy] = []
         self._window = [self._first]  # points since the mesh was looked at
         self._singular: list[SpecialPoint] = []  # branch points passed
         self._seen: list[tuple[float, list[Discrepancy]]] = []  # places that were seen behind, and where they would be
 
-    @property
-    def doubts(self) -> list[Doubt]:
-        """Where points may miss the tolerance."""
-        return self._watch.doubts
-
     def first_point(self) -> Point:
         """The start itself as a point."""
         return self._first
 
-    def __iter__(self) -> Iterator[Step]:
-        yield from self._walk()
+    def __iter__(self) -> Iterator[Step[Point, SpecialPoint]]:
+        yield from super().__iter__()
         self._measure_end()
-
-    def _walk(self) -> Iterator[Step]:
-        while self.end is None:
-            here = self.frame
-            if self._watch.is_due(here.colloc, monitor(here.colloc, here.x)):
-                self._adapt()
-            step = self._advance() if self.end is None else None
-            if step is None:
-                return
-            self.last = step.point
-            self._window.append(step.point)
-            self._count += 1
-            self._watch.stepped()
-            if self.end is None and self._count >= self.options.max_points:
-                self.end = EndReason.POINT_LIMIT
-            if self.options.on_point is not None:
-                self.options.on_point(self.last)
-            yield step
 
     # -- one step -------------------------------------------------------------------------------------------------
 
-    def _advance(self) -> Step | None:
-        """Take a step that Newton, the tangent and the bookkeeping accept; None when there is none."""
-        control = self.options.step
-        step = tried = self._step
-        finest, first, crowded = 64 * control.minimum, 0.0, False
-        while step >= control.minimum:
-            trial = self._correct(step)
-            if self.end is not None:
-                return None
-            if trial is not None:
-                segment = Segment(self.frame, trial.frame, trial.length, self.last.arclength)
-                events, known = locate_events(segment, self.options), False
-                self.newton_iterations += sum(e.iterations for e in events)
-                first = first or step  # the longest one that could be corrected
-                self._usual = max(self._usual, first)
-                is_long = step > max(finest, self._usual / 8)
-                keep_off = step > max(finest, self._usual / 100) and not trial.at_bound
-                verdict = told_apart(segment, events, self.options, self._passed, is_long, keep_off)
-                events, known, crowded = verdict.events, verdict.known, verdict.shorten
-                point = self._point(trial.frame, self.last.arclength + trial.length, trial.iterations, trial.length)
-                discrepancy = self._unexplained(segment, point, events)
-                doubtful = crowded or discrepancy or unresolved(segment, events, self.options, tried, known)
-                if not doubtful or step <= finest:
-                    if doubtful and discrepancy is None and not known and self._nearly_singular(segment, events):
-                        discrepancy = self._record(point, (), NEARLY_SINGULAR)
-                    if any(e.is_round_off for e in events):
-                        events = [e for e in events if not e.is_round_off]
-                        discrepancy = self._record(point, tuple(e.special.kind for e in events if e.flips), ROUND_OFF)
-                    self._usual *= FORGETS
-                    self._step = control.next_step(step, trial.first_correction, trial.iterations)
-                    accepted = self._accept(segment, point, events, discrepancy, trial.at_bound)
-                    return replace(accepted, repeated=step < first)
-            step *= 0.5
-        self.end = EndReason.MIN_STEP
-        return None
-
-    def _correct(self, step: float) -> _Trial | None:
-        """Predict and correct; None to try a smaller step (or, when `end` is set, to stop here)."""
-        control, here = self.options.step, self.frame
+    def _corrected(self, step: float) -> Corrected[Frame] | None:
+        here, settings = self.frame, self.options.newton
         guess = here.predict(step)
-        at, settings = plane(here.colloc, here.tangent, guess), self.options.newton
-        result = newton(here.colloc, guess, [at], settings, settings.chord)
+        result = newton(here.colloc, guess, [plane(here.colloc, here.tangent, guess)], settings, settings.chord)
         self.newton_iterations += len(result.corrections)
         if not result.converged or result.factorization is None:
             self.failure = result.code
             return None
         self.failure = None  # what follows is refused by step control
-        if sum(result.corrections) > control.max_correction * step:
-            return None
-        frame = reached(here, result, step)
-        cosine = here.colloc.inner(frame.tangent, here.tangent)
-        if cosine < control.min_cosine:
-            return None
+        return Corrected(result.corrections, partial(reached, here, result, step))
+
+    def _arc(self, frame: Frame, cosine: float) -> Segment:
+        here = self.frame
         # the length of a circular arc with the same projection on the tangent
-        length = here.colloc.inner(here.tangent, add(result.state, (-1.0, here.x))) * arc_over_sine(cosine)
-        frame = replace(frame, previous_step=length)
-        iterations, first = len(result.corrections), result.corrections[0]
-        if not are_finite(frame.colloc, (*self.options.bounds, *self.options.zeros, *self.options.extrema), frame.x):
-            self.failure = NewtonCode.NOT_FINITE
-            return None
-        passed = self._crossed_bounds(frame)
-        if not passed:
-            return _Trial(frame, length, iterations, first, False)
-        if passed[0][0] <= 0.0:
-            self.end = EndReason.RANGE
-            return None
-        for fraction, name, bound in passed:
-            landed = self._land(frame, length, fraction, name, bound)
-            if landed is not None and not self._crossed_bounds(landed[0]):
-                return _Trial(*landed, iterations, first, True)
-        return None
+        length = here.colloc.inner(here.tangent, add(frame.x, (-1.0, here.x))) * arc_over_sine(cosine)
+        return Segment(here, replace(frame, previous_step=length), length, self.last.arclength)
 
-    def _crossed_bounds(self, frame: Frame) -> list[Crossing]:
-        """Bounds between the present frame and another."""
-        return crossed(frame.colloc, self.options.bounds, self.frame.x, frame.x, ON_BOUND)
-
-    def _land(
-        self, frame: Frame, length: float, fraction: float, name: str, bound: float
-    ) -> tuple[Frame, float] | None:
-        """Solve for the point exactly at a bound: its frame and distance."""
-        here, colloc = self.frame, frame.colloc
-        segment = Segment(here, frame, length, 0.0)
-        result = newton(colloc, segment.interpolate(fraction), [fixed(name, bound)(colloc)], self.options.newton)
+    def _landed(self, arc: Segment, crossing: Crossing) -> Segment | None:
+        here, colloc, (fraction, name, bound) = arc.left, arc.colloc, crossing
+        result = newton(colloc, arc.interpolate(fraction), [fixed(name, bound)(colloc)], self.options.newton)
         self.newton_iterations += len(result.corrections)
         if not result.converged:
             self.failure = result.code
-        if not result.converged or not segment.holds(result.state):
+        if not result.converged or not arc.holds(result.state):
             return None
         fac = colloc.factor(colloc.linearize(result.state), [colloc.row(here.tangent)])
         if fac.sign == 0.0:
             return None
-        landed = here.reached(result.state, fac, length)
+        landed = here.reached(result.state, fac, arc.step)
         chord = colloc.norm(add(result.state, (-1.0, here.x)))
         length = max(arc_length(chord, colloc.inner(landed.tangent, here.tangent)), 1e-14)
-        return replace(landed, previous_step=length), length
+        return replace(arc, right=replace(landed, previous_step=length), step=length)
+
+    def _taken(self, trial: Trial[Segment], tried: float, longest: float) -> Step[Point, SpecialPoint] | None:
+        segment, step = trial.arc, trial.step
+        events = locate_events(segment, self.options)
+        self.newton_iterations += sum(e.iterations for e in events)
+        finest = 64 * self.options.step.minimum
+        self._usual = max(self._usual, longest)
+        is_long = step > max(finest, self._usual / 8)
+        keep_off = step > max(finest, self._usual / 100) and not trial.at_bound
+        verdict = told_apart(segment, events, self.options, self._passed, is_long, keep_off)
+        events, known = verdict.events, verdict.known
+        point = self._point(segment.right, segment.start + segment.step, trial.iterations, segment.step)
+        discrepancy = self._unexplained(segment, point, events)
+        doubtful = verdict.shorten or discrepancy or unresolved(segment, events, self.options, tried, known)
+        if doubtful and step > finest:
+            return None
+        if doubtful and discrepancy is None and not known and self._nearly_singular(segment, events):
+            discrepancy = self._record(point, (), NEARLY_SINGULAR)
+        if any(e.is_round_off for e in events):
+            events = [e for e in events if not e.is_round_off]
+            discrepancy = self._record(point, tuple(e.special.kind for e in events if e.flips), ROUND_OFF)
+        self._usual *= FORGETS
+        taken = self._accept(segment, point, events, discrepancy, trial.at_bound)
+        self.last = taken.point
+        self._window.append(taken.point)
+        return taken
 
     # -- bookkeeping ----------------------------------------------------------------------------------------------
 
@@ -257,7 +169,7 @@ class Walker:
 
     def _accept(
         self, segment: Segment, point: Point, events: list[Located], discrepancy: Discrepancy | None, at_bound: bool
-    ) -> Step:
+    ) -> Step[Point, SpecialPoint]:
         closing = None if at_bound else self._closing(segment)
         if closing is not None:  # what lies beyond the start was found when the walk began
             events = [e for e in events if e.fraction <= closing and not self._is_first(e, closing)]
@@ -273,7 +185,8 @@ class Walker:
             if item.kind == "branch point":
                 self._passed = item
                 self._singular.append(item)
-            if self.options.stop_at is not None and self.options.stop_at(item, point):
+            starts = self._count == 0 and not item.is_singular and item.arclength - segment.start < AT_START
+            if self.options.stop_at is not None and not starts and self.options.stop_at(item, point):
                 self.end = EndReason.BRANCH_POINT if item.kind == "branch point" else EndReason.STOPPED
             elif self.options.max_folds is not None and self._folds > self.options.max_folds:
                 self.end = EndReason.FOLD_LIMIT
@@ -341,7 +254,7 @@ class Walker:
             if better.missed in (EndReason.MESH_LIMIT, EndReason.UNREFINED):
                 self.end = better.missed
         now = self.frame
-        self._watch.moved(now.colloc, now.error, monitor(now.colloc, now.x))
+        self._watch.moved(now.colloc, now.error, _density(now))
 
     def _look_back(self, expected: tuple[float, ...]) -> None:
         """Doubt the points of the last window where a branch point was seen behind them that was not located.
@@ -381,6 +294,10 @@ class Walker:
         if not resolved and "branch point" in self.options.locate:
             self.unseen += [self._between(a, b, (), UNRESOLVED_MODE) for a, b in pairwise(self._window)]
         self._window = [self.last]
+
+
+def _density(frame: Frame) -> np.ndarray:
+    return monitor(frame.colloc, frame.x)
 
 
 def _is_seen_at(point: SpecialPoint, distance: float, true: float) -> bool:

@@ -10,6 +10,7 @@ import numpy as np
 from rodatlas.continuation.checks import check_each, check_fields, check_type
 from rodatlas.continuation.discrete.collocation import Collocation, add
 from rodatlas.continuation.discrete.jumps import jump_error, residual_of
+from rodatlas.continuation.linear.gauss import MOST_POINTS
 from rodatlas.continuation.linear.matrix import Columns, Factorization
 
 MIN_INTERVALS = 4
@@ -43,8 +44,8 @@ class MeshControl:
             check_type(name, getattr(self, name), Integral, "a whole number")
         if not 0 < self.tolerance < 1:
             raise ValueError(f"tolerance: expected a number between 0 and 1, got {self.tolerance}")
-        if not 1 <= self.points <= 9:
-            raise ValueError(f"points: expected 1 to 9 Gauss points per interval, got {self.points}")
+        if not 1 <= self.points <= MOST_POINTS:
+            raise ValueError(f"points: expected 1 to {MOST_POINTS} Gauss points per interval, got {self.points}")
         if self.every < 1:
             raise ValueError(f"every: expected at least 1 step between adaptations, got {self.every}")
         if not MIN_INTERVALS <= self.intervals[0] <= self.intervals[1]:

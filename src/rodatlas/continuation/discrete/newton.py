@@ -5,10 +5,11 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from enum import Enum
+from numbers import Integral
 
 import numpy as np
 
-from rodatlas.continuation.checks import check_fields
+from rodatlas.continuation.checks import check_fields, check_flag, check_type
 from rodatlas.continuation.discrete.collocation import Collocation, Row, add
 from rodatlas.continuation.discrete.random_fields import displacement
 from rodatlas.continuation.linear.matrix import Blocks, Columns, Factorization
@@ -53,12 +54,12 @@ class NewtonOptions:
     chord: bool = False
 
     def __post_init__(self) -> None:
-        if not isinstance(self.chord, bool):
-            raise ValueError(f"chord: expected True or False, got {self.chord!r}")
-        check_fields(self, "tolerance", "max_iterations", "max_growth")
-        if not (self.tolerance > 0 and self.max_iterations >= 1 and self.max_growth > 0):
+        check_flag("chord", self.chord)
+        check_fields(self, "tolerance", "max_growth")
+        check_type("max_iterations", self.max_iterations, Integral, "a whole number")
+        if not (0 < self.tolerance < float("inf") and self.max_iterations >= 1 and self.max_growth > 0):
             raise ValueError(
-                "newton: expected tolerance > 0, max_iterations >= 1 and max_growth > 0, got "
+                "newton: expected tolerance > 0 and finite, max_iterations >= 1 and max_growth > 0, got "
                 f"{self.tolerance}, {self.max_iterations}, {self.max_growth}"
             )
 

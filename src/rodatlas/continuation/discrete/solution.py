@@ -6,16 +6,23 @@ import math
 import os
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from numbers import Integral, Real
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from rodatlas.continuation.checks import as_array
+from rodatlas.continuation.checks import (
+    as_array,
+    as_finite,
+    check_each,
+    check_function,
+    check_type,
+    shown,
+)
+from rodatlas.continuation.discrete.guess import check_points, checked_names, checked_table, joined, read_csv
 from rodatlas.continuation.linear.gauss import gauss_scheme
 
 if TYPE_CHECKING:
-    import pandas as pd
-
     from rodatlas.continuation.table import Table
 
 UNIT = np.array([[0.0, 0.0], [1.0, 1.0]])
@@ -65,7 +72,13 @@ class Solution:
         return self.stages.shape[1]
 
     def parameter(self, name: str) -> float:
-        return float(self.parameters[self.parameter_names.index(name)])
+        """The value of one parameter."""
+        return float(self.parameters[self._place_of(name)])
+
+    def _place_of(self, parameter: str) -> int:
+        if parameter not in self.parameter_names:
+            raise ValueError(f"parameter: expected one of {', '.join(self.parameter_names)}, got {shown(parameter)}")
+        return self.parameter_names.index(parameter)
 
     def __getitem__(self, name: str) -> Any:
         """A parameter or observable (float), or an unknown at the mesh points (N+1,)."""
@@ -73,10 +86,10 @@ class Solution:
             return self.parameter(name)
         if name in self.unknowns:
             return self.values[:, self.unknowns.index(name)]
-        if name in self.observables:
+        if isinstance(name, str) and name in self.observables:
             return self.observables[name]
         known = ", ".join((*self.unknowns, *self.parameter_names, *self.observables))
-        raise KeyError(f"expected one of {known}, got {name!r}")
+        raise KeyError(f"name: expected one of {known}, got {shown(name)}")
 
     @property
     def s(self) -> np.ndarray:
@@ -128,7 +141,11 @@ class Solution:
 
     def remesh(self, mesh: np.ndarray, points: int | None = None) -> Solution:
         """The same functions interpolated on another mesh (to be corrected by Newton before use)."""
-        points = points or self.points
+        points = self.points if points is None else points
+        check_points(points)
+        mesh = as_array("mesh", mesh)
+        if mesh.ndim != 1 or len(mesh) < 2 or not (mesh[0] == 0.0 and mesh[-1] == 1.0 and (np.diff(mesh) > 0).all()):
+            raise ValueError(f"mesh: expected strictly increasing numbers from 0 to 1, got {shown(mesh)}")
         gauss = stage_points(mesh, points)
         stages = self._at(gauss.ravel()).reshape(*gauss.shape, -1)
         return replace(self, mesh=mesh, values=self._at(mesh), stages=stages, error=float("nan"))
@@ -154,7 +171,7 @@ class Solution:
         """A copy with some parameters changed; it solves the problem only after a new correction."""
         parameters = self.parameters.copy()
         for key, value in values.items():
-            parameters[self.parameter_names.index(key)] = value
+            parameters[self._place_of(key)] = as_finite("parameters", key, value)
         return replace(self, parameters=parameters)
 
     def save(self, path: str | os.PathLike[str]) -> None:
@@ -198,15 +215,21 @@ class Solution:
         ValueError
             when the function returns another shape, or NaN.
         """
+        check_function("function", function)
+        check_type("intervals", intervals, Integral, "a whole number")
         if intervals < 1:
             raise ValueError(f"intervals: expected at least 1, got {intervals}")
-        names, numbers = _checked_names(unknowns, parameters)
+        check_points(points)
+        names, numbers = checked_names(unknowns, parameters)
+        check_each("interval", interval, Real, "two numbers a < b")
         if len(interval) != 2 or not -math.inf < interval[0] < interval[1] < math.inf:
-            raise ValueError(f"interval: expected two numbers a < b, got {interval}")
+            raise ValueError(f"interval: expected two numbers a < b, got {shown(interval)}")
         mesh, places = np.linspace(0.0, 1.0, intervals + 1), np.column_stack([[0.0, 1.0], interval])
         gauss = stage_points(mesh, points)
-        values, stages = (_table(f"function({len(x)} values of s)", function(np.interp(x, *places.T)), len(x), names)
-                          for x in (mesh, gauss.ravel()))  # fmt: skip
+        values, stages = (
+            checked_table(f"function({len(x)} values of s)", function(np.interp(x, *places.T)), len(x), names)
+            for x in (mesh, gauss.ravel())
+        )
         stages = stages.reshape(*gauss.shape, len(names))
         return cls(names, tuple(parameters), mesh, values, stages, numbers, places=places)
 
@@ -227,16 +250,17 @@ class Solution:
         ValueError
             when `s` does not increase, or `values` has another shape, or either holds NaN.
         """
-        names, numbers = _checked_names(unknowns, parameters)
-        at = np.asarray(s, dtype=float)
+        names, numbers = checked_names(unknowns, parameters)
+        check_points(points)
+        at = as_array("s", s)
         if at.ndim != 1 or len(at) < 2 or not np.isfinite(at).all() or not (np.diff(at) > 0).all():
-            raise ValueError(f"s: expected at least two finite, strictly increasing numbers, got {_brief(at)}")
+            raise ValueError(f"s: expected at least two finite, strictly increasing numbers, got {shown(at)}")
         mesh = (at - at[0]) / (at[-1] - at[0])
         if not (np.diff(mesh) > 0).all():
-            raise ValueError(f"s: expected places that can be told apart, got {_brief(at)}")
-        table = _table("values", values, len(mesh), names)
+            raise ValueError(f"s: expected places that can be told apart, got {shown(at)}")
+        table = checked_table("values", values, len(mesh), names)
         gauss = stage_points(mesh, points)
-        stages = _joined(mesh, table, gauss.ravel()).reshape(*gauss.shape, len(names))
+        stages = joined(mesh, table, gauss.ravel()).reshape(*gauss.shape, len(names))
         return cls(names, tuple(parameters), mesh, table, stages, numbers)
 
     @classmethod
@@ -264,14 +288,18 @@ class Solution:
         """
         import pandas as pd
 
-        names, _ = _checked_names(unknowns, parameters)
+        names, _ = checked_names(unknowns, parameters)
+        check_points(points)
+        check_type("s", s, str, "the name of a column")
         where = "table"
         if isinstance(table, (str, os.PathLike)):
             where = os.fspath(table)
             try:
-                table = _read_csv(where)
+                table = read_csv(where)
             except (pd.errors.ParserError, pd.errors.EmptyDataError, UnicodeDecodeError) as error:
                 raise ValueError(f"{where}: expected a CSV file with named columns, got: {error}") from None
+        elif not isinstance(table, (pd.DataFrame, Mapping)):
+            raise ValueError(f"table: expected a path, a DataFrame or a mapping of columns, got {shown(table)}")
         found = [str(name) for name in table]
         if missing := [name for name in (s, *names) if name not in found]:
             raise ValueError(f"{where}: expected the columns {', '.join((s, *names))}, got {', '.join(found)} "
@@ -281,78 +309,6 @@ class Solution:
         except (TypeError, ValueError) as error:
             raise ValueError(f"{where}: expected numbers in the columns {', '.join((s, *names))}: {error}") from None
         return cls.from_values(columns[0], np.column_stack(columns[1:]), names, parameters, points)
-
-
-def _read_csv(path: str) -> pd.DataFrame:
-    """A table from a file; comment lines come first, if any, and their last may name the columns."""
-    import pandas as pd
-
-    last, skipped = "", 0
-    with open(path, encoding="utf-8") as lines:
-        for line in lines:
-            if not line.startswith("#"):
-                break
-            last, skipped = line, skipped + 1
-        else:
-            line = ""
-    names = None
-    if skipped and _is_number(line.split(",")[0]):
-        names = [name.strip() for name in last.lstrip("# ").split(",")]
-    return pd.read_csv(path, skipinitialspace=True, skiprows=skipped, names=names)
-
-
-def _is_number(text: str) -> bool:
-    try:
-        float(text)
-    except ValueError:
-        return False
-    return True
-
-
-def _checked_names(unknowns: Sequence[str], parameters: Mapping[str, float]) -> tuple[tuple[str, ...], np.ndarray]:
-    """Names of the unknowns and values of the parameters (np,)."""
-    if isinstance(unknowns, str) or not all(isinstance(name, str) for name in unknowns) or not unknowns:
-        raise ValueError(f"unknowns: expected a sequence of names such as ('u', 'v'), got {unknowns!r}")
-    if not isinstance(parameters, Mapping):
-        raise ValueError(f"parameters: expected a mapping of names to numbers, got {parameters!r}")
-    for name, value in parameters.items():
-        if isinstance(value, (str, complex)) or value is None or not math.isfinite(value):
-            raise ValueError(f"parameters: expected a finite number for '{name}', got {value!r}")
-    return tuple(unknowns), np.array(list(parameters.values()), float)
-
-
-def _table(field: str, values: Any, rows: int, names: tuple[str, ...]) -> np.ndarray:
-    """Values (rows, n), finite."""
-    try:
-        if np.iscomplexobj(values):
-            raise TypeError
-        table = np.asarray(values, dtype=float)
-    except (TypeError, ValueError):
-        raise ValueError(f"{field}: expected real numbers, got {_brief(values)}") from None
-    if len(names) == 1 and table.shape == (rows,):
-        table = table[:, None]
-    if table.shape != (rows, len(names)):
-        raise ValueError(f"{field}: expected shape {(rows, len(names))}, a column for each of {', '.join(names)}, got "
-                         f"{table.shape}")  # fmt: skip
-    for name, column in zip(names, table.T, strict=True):
-        if not np.isfinite(column).all():
-            bad = int(np.flatnonzero(~np.isfinite(column))[0])
-            raise ValueError(f"{field}: expected finite values of '{name}', got {column[bad]} in row {bad + 1}")
-    return table.copy()
-
-
-def _joined(s: np.ndarray, values: np.ndarray, at: np.ndarray) -> np.ndarray:
-    """Cubic spline through a table, at other places; straight lines through less than four points."""
-    if len(s) < 4:
-        return np.column_stack([np.interp(at, s, column) for column in values.T])
-    from scipy.interpolate import CubicSpline
-
-    return CubicSpline(s, values)(at)
-
-
-def _brief(values: Any) -> str:
-    text = " ".join(repr(values).split())
-    return text if len(text) <= 60 else text[:57] + "..."
 
 
 def stage_points(mesh: np.ndarray, points: int) -> np.ndarray:

@@ -7,6 +7,8 @@ from functools import lru_cache
 
 import numpy as np
 
+MOST_POINTS = 9
+
 
 @dataclass(frozen=True)
 class GaussScheme:
@@ -51,8 +53,8 @@ def lagrange_basis(nodes: np.ndarray, x: np.ndarray) -> np.ndarray:
 @lru_cache(maxsize=16)
 def gauss_scheme(points: int) -> GaussScheme:
     """The scheme with `points` Gauss points (1 to 9); its order at mesh points is twice that."""
-    if not 1 <= points <= 9:
-        raise ValueError(f"collocation points: expected 1 to 9, got {points}")
+    if not 1 <= points <= MOST_POINTS:
+        raise ValueError(f"collocation points: expected 1 to {MOST_POINTS}, got {points}")
     x, w = np.polynomial.legendre.leggauss(points)
     nodes, weights = (x + 1) / 2, w / 2
     all_nodes = np.concatenate([[0.0], nodes])

@@ -65,7 +65,7 @@ class LapackFactorization:
         try:
             with np.errstate(all="ignore"):  # of NaN and overflow, which end below with sign 0
                 self._stages = _Stages(matrix)
-                self._sens = self._stages.sensitivities()
+                self._sens = self._stages.solve(matrix.stage_loads())
                 self._mesh = _Mesh(matrix, self._sens)
         except SingularBlock:
             return
@@ -192,15 +192,6 @@ class _Stages:
         stage = np.arange(n_int * m)[:, None]
         rows, columns = (stage * size + up[1]).ravel(), (stage * n + up[2]).ravel()
         return csr_matrix((jac[:, :, up[0]].ravel(), (rows, columns)), shape=(n_int * m * size, n_int * m * n))
-
-    def sensitivities(self) -> np.ndarray:
-        """Derivatives (N, m, n, n+k) of the stages with respect to the left mesh value and the scalars."""
-        a = self._matrix
-        n_int, m, n, k = a.sizes
-        rhs = np.empty((n_int, m, n, n + k))
-        rhs[..., :n] = -a.scheme.d0[:, None, None] * np.eye(n)
-        rhs[..., n:] = -a.stage_scal.reshape(n_int, m, n, k)
-        return self.solve(rhs)
 
     def solve(self, rhs: np.ndarray) -> np.ndarray:
         """A^-1 rhs (N, m, n, columns)."""

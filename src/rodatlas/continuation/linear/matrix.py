@@ -61,6 +61,14 @@ class BorderedMatrix:
         """(N, m, n, k)."""
         return len(self.step), self.scheme.points, self.sparsity.size, self.stage_scal.shape[2]
 
+    def stage_loads(self) -> np.ndarray:
+        """(N, m, n, n+k) what the left mesh value and the scalars do to the stage equations, as right-hand sides."""
+        n_int, m, n, k = self.sizes
+        loads = np.empty((n_int, m, n, n + k))
+        loads[..., :n] = -self.scheme.d0[:, None, None] * np.eye(n)
+        loads[..., n:] = -self.stage_scal.reshape(n_int, m, n, k)
+        return loads
+
     def times(self, x: Columns) -> Blocks:
         """The matrix applied to a vector."""
         n_int, m, n, _ = self.sizes

@@ -33,7 +33,7 @@ class ScipyFactorization:
         try:
             with np.errstate(all="ignore"):  # of NaN and overflow, which end below with sign 0
                 self._stages = _Stages(a)
-                self._sens = self._stages.sensitivities()
+                self._sens = self._stages.solve(a.stage_loads())
                 self._lu = splu(_mesh_matrix(a, self._sens), permc_spec="NATURAL")
         except (np.linalg.LinAlgError, RuntimeError):  # their words for an exactly singular matrix
             return
@@ -48,7 +48,7 @@ class ScipyFactorization:
     def solve(self, rhs: Blocks) -> Columns:
         a = self._matrix
         n_int, _, n, k = a.sizes
-        stage = self._stages.solve(rhs.stage)
+        stage = self._stages.solve(rhs.stage[..., None])[..., 0]
         chain = rhs.chain + np.einsum("i,jia->ja", a.scheme.c_stage, stage)
         dense = rhs.dense - a.dense.reshape(len(rhs.dense), stage.size) @ stage.ravel()
         x = self._lu.solve(np.concatenate([chain.ravel(), rhs.ends, dense]))
@@ -102,19 +102,8 @@ class _Stages:
             coupling[:, :, up[1], up[2]] = jac[:, :, up[0]]
             self._coupling.append(coupling if up.size else None)
 
-    def sensitivities(self) -> np.ndarray:
-        """Derivatives (N, m, n, n+k) of the stages with respect to the left mesh value and the scalars."""
-        a = self._matrix
-        n_int, m, n, k = a.sizes
-        rhs = np.empty((n_int, m, n, n + k))
-        rhs[..., :n] = -a.scheme.d0[:, None, None] * np.eye(n)
-        rhs[..., n:] = -a.stage_scal.reshape(n_int, m, n, k)
-        return self._forward(rhs)
-
     def solve(self, rhs: np.ndarray) -> np.ndarray:
-        return self._forward(rhs[..., None])[..., 0]
-
-    def _forward(self, rhs: np.ndarray) -> np.ndarray:
+        """A^-1 rhs (N, m, n, columns)."""
         n_int, m, _, columns = rhs.shape
         x = np.zeros_like(rhs)
         for members, inverse, coupling in self._parts():

@@ -20,6 +20,7 @@ from rodatlas.continuation.singular.normal_form import cusp_form, fold_quadratic
 PITCHFORK = 1e-6  # quadratic coefficient below which a branch point is a pitchfork
 INTERPOLATED = 1e-6  # largest error in arclength of a special point that is not solved for
 PERSISTS = 1e-6  # largest artificial unknown of a branch point that needs no perturbation
+SIMPLE = 0.35  # share of its value at the end of a first step that a slope has halfway if it grows from zero linearly
 ROUND_OFF = 1e-9  # values of a test function that mean nothing
 
 
@@ -28,9 +29,9 @@ class Watched:
     """A test function, what its zero is called, and which parameter is extreme there.
 
     singular : the equations of the locus are singular there; noise : values that mean nothing; precise and smooth :
-        tests for location, and for a pair of zeros, where `test` has no value but a sign; on_points : on a locus of
-        folds, the test function that vanishes there along the locus of branch points that is met, whose equations are
-        regular.
+        tests for location, and for a pair of zeros or one at the start, where `test` has no value but a sign;
+        on_points : on a locus of folds, the test function that vanishes there along the locus of branch points that is
+        met, whose equations are regular.
     """
 
     kind: str
@@ -52,16 +53,38 @@ class Watched:
         left, right = self.test(stretch.left), self.test(stretch.right)
         return bool(np.signbit(left) != np.signbit(right)) and max(abs(left), abs(right)) > ROUND_OFF
 
+    def is_passed(self, stretch: Stretch) -> bool:
+        """Whether it vanishes on a stretch: it changes sign, or the locus starts at a zero of it.
+
+        Of what happens to the curve itself, a cusp say, the sign at the start tells enough, whichever way is walked.
+        """
+        return self._leaves(stretch) if self.begins(stretch) else self.changes(stretch)
+
+    def begins(self, stretch: Stretch) -> bool:
+        """Whether the locus starts where it vanishes, of what is watched along the curve."""
+        if stretch.left.behind is not None or self.kind.partition(" of ")[0] not in ("extremum", "zero"):
+            return False
+        left, right = self.test(stretch.left), self.test(stretch.right)
+        return abs(left) * stretch.step <= LOCATED * abs(right - left)
+
+    def _leaves(self, stretch: Stretch) -> bool:
+        """Whether it grows from the zero at the start by more than round-off; a slope linearly: else it inflects."""
+        test = self.smooth or self.test
+        right = test(stretch.right)
+        if abs(right) < ROUND_OFF or self.kind != "extremum":
+            return abs(right) > ROUND_OFF
+        middle = stretch.corrected(0.5)
+        return middle is not None and test(middle) / right > SIMPLE
+
 
 def watched(stretch: Stretch, names: tuple[str, ...]) -> list[Watched]:
-    """The test functions that change sign on a stretch, each once.
+    """The test functions that vanish on a stretch, each once.
 
     At a cusp the tangents of both parameters vanish as the quadratic term does: what is extreme beside it is told by
     their ratio.
     """
-    found = [candidate for candidate in _candidates(stretch) if candidate.changes(stretch)]
-    found += [extreme for extreme in _asked(stretch, names) if extreme.changes(stretch)]
-    turns = [turn for turn in _turns(stretch, names) if turn.changes(stretch)]
+    found = [w for w in (*_candidates(stretch), *_asked(stretch, names)) if w.is_passed(stretch)]
+    turns = [turn for turn in _turns(stretch, names) if turn.is_passed(stretch)]
     if _CUSP not in found:
         return found + turns
     meeting = _meeting(stretch, len(turns))
@@ -84,7 +107,7 @@ def _turns(stretch: Stretch, names: tuple[str, ...]) -> list[Watched]:
 
 def _asked(stretch: Stretch, names: tuple[str, ...]) -> list[Watched]:
     """The same for what else is asked for: inner free parameters and observables."""
-    return [Watched("extremum", _slope(n), "", n) for n in stretch.options.extrema
+    return [Watched("extremum", _slope(n), "", n, smooth=_own_slope(n)) for n in stretch.options.extrema
             if n not in names[: _plane(stretch.sought)]]  # fmt: skip
 
 
@@ -191,7 +214,10 @@ def crowded(stretch: Stretch, found: list[Watched]) -> bool:
 def locate(stretch: Stretch, what: Watched, names: tuple[str, ...]) -> LocusEvent:
     """The special point, located by root finding on corrected points and told apart by its normal form."""
     test = what.precise(stretch) if what.precise else what.test
-    found, test = _singular(stretch, what, test) if what.singular else (stretch.root(test), test)
+    if what.singular:
+        found, test = _singular(stretch, what, test)
+    else:
+        found = (stretch.left, 0.0) if what.begins(stretch) else stretch.root(test)
     status = Status.CONVERGED if found else Status.BRACKETED
     at, fraction = found or (stretch.right, 1.0)
     arclength = stretch.start + fraction * stretch.step
@@ -308,6 +334,11 @@ def _component(i: int) -> Test:
 def _slope(name: str) -> Test:
     """Derivative of an observable or inner parameter along the locus, in units of its gradient."""
     return lambda frame: slope_along(frame.colloc, name, frame.x, frame.tangent) / _size(frame, name)
+
+
+def _own_slope(name: str) -> Test:
+    """The same in units of its own: smooth where the gradient vanishes."""
+    return lambda frame: slope_along(frame.colloc, name, frame.x, frame.tangent)
 
 
 def _size(frame: LocusFrame, name: str) -> float:

@@ -94,7 +94,7 @@ def resolved_event(stretch: Stretch, what: Watched, event: LocusEvent, names: tu
     if not control.accepts(at.error):
         at = settled(sought, at, stretch.options).frame
         fine = _on_mesh_of(at, stretch)
-        again = locate(fine, what, names) if fine is not None and what.changes(fine) else event
+        again = locate(fine, what, names) if fine is not None and what.is_passed(fine) else event
         event = again if again.status is Status.CONVERGED else event
     status = (
         Status.CONVERGED

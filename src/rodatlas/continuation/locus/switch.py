@@ -42,7 +42,7 @@ def fold_locus_at(bvp: BVP, locus: Locus, event: LocusEvent, options: TraceOptio
     check_type("event", event, LocusEvent, "one of the events of the locus")
     if event.kind != "criticality" or locus.kind != "branch point":
         raise ValueError(f"event: expected a criticality on a locus of branch points, got a {event.kind}")
-    options = replace(options or TraceOptions(), within=())
+    options = replace(TraceOptions.given(options), within=())
     branch_options = replace(options, zeros={}, extrema=(), max_points=80, max_folds=0, locate=("fold",), bounds={})
     names = (locus.free[0], *locus.free[2:])
     i = int(np.searchsorted([p.arclength for p in locus.points], event.arclength))

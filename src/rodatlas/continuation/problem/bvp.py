@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Mapping, Sequence
 from copy import copy
 from dataclasses import replace
@@ -10,11 +9,13 @@ from typing import Any
 
 import numpy as np
 
+from rodatlas.continuation.checks import as_finite, as_names, check_distinct, check_function, check_type, shown
 from rodatlas.continuation.problem.continuous import ContinuousSymmetry, Generator, generators
 from rodatlas.continuation.problem.layout import Inner, Place, check_place
-from rodatlas.continuation.problem.observable import Observable, check_function
+from rodatlas.continuation.problem.observable import Observable
 from rodatlas.continuation.problem.symmetry import Symmetry, check_names, checked, widened
 from rodatlas.continuation.problem.traced import Statement, Trace
+from rodatlas.continuation.problem.tracing import pattern_of
 
 
 class BVP:
@@ -103,13 +104,16 @@ class BVP:
         log: Sequence[str] = (),
         name: str = "bvp",
     ):
+        check_type("name", name, str, "a text")
         self.name = name
         self.unknowns = _names("unknowns", unknowns)
         self.parameters = _numbers("parameters", {} if parameters is None else parameters)
-        self.observables = dict(observables or {})
-        self.scales = _numbers("scales", scales or {})
+        observables = {} if observables is None else observables
+        check_type("observables", observables, Mapping, "a mapping of names to observables")
+        self.observables = dict(observables)
+        self.scales = _numbers("scales", {} if scales is None else scales)
         _check_names(self.unknowns, self.parameters, self.observables, self.scales)
-        functions = _functions("rhs", rhs), _functions("integrals", integrals or ())
+        functions = _functions("rhs", rhs), _functions("integrals", () if integrals is None else integrals)
         _check_functions(functions[0], boundary, functions[1], self.observables)
         self.log = _log("log", log, self.parameters)
         self._state(Statement(
@@ -160,17 +164,29 @@ class BVP:
     def parameter_names(self) -> tuple[str, ...]:
         return tuple(self.parameters)
 
+    @property
+    def idle(self) -> tuple[str, ...]:
+        """Parameters on which neither an equation nor a condition depends, though observables may."""
+        t = self.traced
+        used = set[int]()
+        for function, rows in ((t.field, self.size), (t.ends, self.n_boundary), (t.densities, self.n_integral)):
+            found, columns = pattern_of(function.jac_sparsity(0, function.n_in() - 1))
+            used |= set(columns[found < rows].tolist())
+        return tuple(name for i, name in enumerate(self.parameters) if i not in used)
+
     def parameter_index(self, name: str) -> int:
-        if name not in self.parameters:
-            raise ValueError(f"parameter: expected one of {', '.join(self.parameters)}, got '{name}'")
+        if name not in self.parameter_names:
+            raise ValueError(f"parameter: expected one of {', '.join(self.parameters)}, got {shown(name)}")
         return self.parameter_names.index(name)
 
     def parameter_vector(self, values: Mapping[str, float] | None = None) -> np.ndarray:
         """Values of all parameters (np,), the defaults overridden by `values`."""
+        values = {} if values is None else values
+        check_type("parameters", values, Mapping, "a mapping of names to numbers")
         merged = dict(self.parameters)
-        for key, value in (values or {}).items():
+        for key, value in values.items():
             self.parameter_index(key)
-            merged[key] = _number("parameters", key, value)
+            merged[key] = as_finite("parameters", key, value)
         return np.array(list(merged.values()), dtype=float)
 
     def with_parameter(self, name: str) -> BVP:
@@ -300,25 +316,12 @@ class BVP:
 
 
 def _names(field: str, names: Any) -> tuple[str, ...]:
-    if isinstance(names, str) or not all(isinstance(name, str) for name in names):
-        raise ValueError(f"{field}: expected a sequence of names such as ('u', 'v'), got {names!r}")
-    return tuple(names)
+    return tuple(as_names(field, names, "a sequence of names such as ('u', 'v')"))
 
 
 def _numbers(field: str, values: Any) -> dict[str, float]:
-    if not isinstance(values, Mapping):
-        raise ValueError(f"{field}: expected a mapping of names to numbers, got {values!r}")
-    return {name: _number(field, name, values[name]) for name in _names(field, values)}
-
-
-def _number(field: str, name: str, value: Any) -> float:
-    try:
-        number = float("nan") if isinstance(value, str) else float(value)
-    except (TypeError, ValueError):
-        number = float("nan")
-    if not math.isfinite(number):
-        raise ValueError(f"{field}: expected a finite number for '{name}', got {value!r}")
-    return number
+    check_type(field, values, Mapping, "a mapping of names to numbers")
+    return {name: as_finite(field, name, values[name]) for name in _names(field, values)}
 
 
 def _check_names(
@@ -329,6 +332,7 @@ def _check_names(
 ) -> None:
     if not unknowns:
         raise ValueError("unknowns: expected at least one name, got none")
+    as_names("observables", observables, "a mapping of names to observables")
     names = [*unknowns, *parameters]
     for name in (everything := [*names, *observables]):
         if not name.isidentifier() or everything.count(name) > 1:
@@ -344,12 +348,13 @@ def _functions(field: str, given: Any) -> tuple[Callable[..., Any], ...]:
     if callable(given):
         return (given,)
     if not isinstance(given, Sequence) or isinstance(given, str):
-        raise ValueError(f"{field}: expected a function or a sequence of functions, got {given!r}")
+        raise ValueError(f"{field}: expected a function or a sequence of functions, got {shown(given)}")
     return tuple(given)
 
 
 def _log(field: str, names: Any, parameters: Mapping[str, float]) -> tuple[str, ...]:
-    for name in _names(field, names):
+    check_distinct(field, names, "a sequence of names of parameters")
+    for name in names:
         if name not in parameters:
             raise ValueError(f"{field}: expected some of {', '.join(parameters)}, got '{name}'")
         if not parameters[name] > 0:

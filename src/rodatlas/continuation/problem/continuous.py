@@ -22,7 +22,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from rodatlas.continuation.checks import check_type
+from rodatlas.continuation.checks import check_flag, check_type, shown
 from rodatlas.continuation.problem.symmetry import (
     TOLERANCE,
     NotRespected,
@@ -68,10 +68,12 @@ class ContinuousSymmetry:
     parameters: Callable[[Any], Mapping[str, Any]] | None = None
 
     def __post_init__(self) -> None:
+        check_type("symmetries", self.name, str, "a name")
+        check_flag(f"symmetries: '{self.name}': shift", self.shift)
         for field in ("generator", "parameters"):
             value = getattr(self, field)
             if value is not None and not callable(value):
-                raise ValueError(f"symmetries: '{self.name}': expected a function as {field}, got {value!r}")
+                raise ValueError(f"symmetries: '{self.name}': expected a function as {field}, got {shown(value)}")
         if self.generator is None and not self.shift:
             raise ValueError(f"symmetries: '{self.name}': expected a generator, or shift=True, got neither")
 
@@ -118,6 +120,8 @@ def is_symmetry(bvp: BVP, guess: Symmetry | ContinuousSymmetry) -> bool:
     >>> is_symmetry(bvp, ContinuousSymmetry("shift", shift=True))
     True
     """
+    if not hasattr(bvp, "parameter_names"):  # its class stands above this module
+        raise ValueError(f"bvp: expected a BVP, got {shown(bvp)}")
     check_type("guess", guess, (Symmetry, ContinuousSymmetry), "a Symmetry or a ContinuousSymmetry")
     try:
         if isinstance(guess, Symmetry):

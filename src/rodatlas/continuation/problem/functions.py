@@ -9,6 +9,8 @@ from typing import Any
 
 import numpy as np
 
+from rodatlas.continuation.checks import as_array, check_flag, shown
+
 KINDS = ("cubic", "linear")
 SLACK = 1e-9  # of the table's width: places this far outside are round-off
 
@@ -86,6 +88,7 @@ def tabulated(x: Any, y: Any, kind: str = "cubic", extend: bool = False) -> Tabu
     >>> stiffness = tabulated([0.0, 0.3, 0.7, 1.0], [1.0, 1.4, 1.1, 1.0])
     >>> column = BVP(lambda s, u, p: [u.t, -p.P * np.sin(u.y) / stiffness(s)], ...)
     """
+    check_flag("extend", extend)
     if kind not in KINDS:
         raise ValueError(f"kind: expected one of {KINDS}, got {kind!r}")
     at, values = _column("x", x), _column("y", y)
@@ -107,7 +110,7 @@ def _column(field: str, values: Any) -> np.ndarray:
     try:
         column = np.asarray(values, dtype=float)
     except (TypeError, ValueError):
-        raise ValueError(f"{field}: expected a sequence of numbers, got {values!r}") from None
+        raise ValueError(f"{field}: expected a sequence of numbers, got {shown(values)}") from None
     if column.ndim != 1 or not np.isfinite(column).all():
         raise ValueError(f"{field}: expected finite numbers in one sequence, got an array of shape {column.shape}")
     return column
@@ -125,9 +128,9 @@ def erf(x: Any) -> Any:
     if isinstance(x, (int, float, np.ndarray, np.number, list, tuple)):
         from scipy.special import erf as of_numbers
 
-        return of_numbers(x)
+        return of_numbers(as_array("x", x))
     import casadi as ca
 
     if not isinstance(x, (ca.SX, ca.MX, ca.DM)):
-        raise ValueError(f"x: expected a number, an array or a symbol, got {x!r}")
+        raise ValueError(f"x: expected a number, an array or a symbol, got {shown(x)}")
     return ca.erf(x)

@@ -26,6 +26,8 @@ from typing import Any
 
 import numpy as np
 
+from rodatlas.continuation.checks import check_function
+
 Place = float | str | Callable[[Any], Any]
 
 WIDTH = 2.0**-10  # of the part of an inner point: round-off in x is 1e-13 of it
@@ -72,8 +74,8 @@ class Inner:
         check_place("at", self.at)
         for field in ("jumps", "conditions"):
             value = getattr(self, field)
-            if value is not None and not callable(value):
-                raise ValueError(f"{field}: expected a function, got {value!r}")
+            if value is not None:
+                check_function(field, value)
         if self.jumps is None and self.conditions is None:
             raise ValueError("inner: expected jumps or conditions, got neither: a place alone is a breakpoint")
 

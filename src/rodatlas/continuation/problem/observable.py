@@ -6,6 +6,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
+from rodatlas.continuation.checks import check_function
 from rodatlas.continuation.problem.layout import Place, check_place
 
 
@@ -27,11 +28,6 @@ class Observable:
 
     def __post_init__(self) -> None:
         check_function("function", self.function)
-
-
-def check_function(field: str, value: object) -> None:
-    if not callable(value):
-        raise ValueError(f"{field}: expected a function, got {value!r}")
 
 
 def integral_of(function: Callable[[Any, Any, Any], Any]) -> Observable:

@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any, NoReturn
 
 import numpy as np
 
+from rodatlas.continuation.checks import as_finite, check_flag, check_type, shown
 from rodatlas.continuation.problem.evaluator import Evaluator
 
 if TYPE_CHECKING:
@@ -50,6 +51,14 @@ class Symmetry:
     reverse: bool = False
     gauge: bool = False
 
+    def __post_init__(self) -> None:
+        check_type("symmetries", self.name, str, "a name")
+        for name in ("unknowns", "parameters"):
+            what = f"the {name} and what they become, such as {{'y': -1}}, or a matrix"
+            check_type(f"symmetries: '{self.name}'", getattr(self, name), (Mapping, np.ndarray), what)
+        for name in ("reverse", "gauge"):
+            check_flag(f"symmetries: '{self.name}': {name}", getattr(self, name))
+
     def bind(self, unknowns: Sequence[str], parameters: Sequence[str]) -> Action:
         """The map as a matrix for these names; ValueError when it does not fit them."""
         n, k = len(unknowns), len(parameters)
@@ -71,7 +80,12 @@ class Symmetry:
                 raise ValueError(
                     f"symmetries: '{self.name}': expected {what} of shape {(count, count)}, got {given.shape}"
                 )
-            rows[:, :count] = given
+            try:
+                rows[:, :count] = given
+            except (TypeError, ValueError):
+                rows[:, :count] = np.nan
+            if not np.isfinite(rows).all():
+                raise ValueError(f"symmetries: '{self.name}': expected {what} as finite numbers, got {shown(given)}")
             return rows
         known = list(names[:count])
         for name, value in given.items():
@@ -79,8 +93,11 @@ class Symmetry:
                 raise ValueError(f"symmetries: '{self.name}': expected {what} among {', '.join(known)}, got '{name}'")
             i = known.index(name)
             try:
-                rows[i] = _affine(value, names) if isinstance(value, str) else float(value) * rows[i]
-            except ValueError as error:
+                if isinstance(value, str):
+                    rows[i] = _affine(value, names)
+                else:
+                    rows[i] *= as_finite("factor", name, value)
+            except (ValueError, ZeroDivisionError, OverflowError) as error:
                 raise ValueError(f"symmetries: '{self.name}', {name}: {error}") from None
         return rows
 
@@ -135,9 +152,9 @@ class Action:
 def check_names(symmetries: Sequence[Any]) -> None:
     """Raise ValueError unless symmetries of any kind have names of their own."""
     if not isinstance(symmetries, Sequence):
-        raise ValueError(f"symmetries: expected a sequence of them, got {symmetries!r}")
+        raise ValueError(f"symmetries: expected a sequence of them, got {shown(symmetries)}")
     if strangers := [x for x in symmetries if not hasattr(x, "name")]:
-        raise ValueError(f"symmetries: expected Symmetry and ContinuousSymmetry objects, got {strangers[0]!r}")
+        raise ValueError(f"symmetries: expected Symmetry and ContinuousSymmetry objects, got {shown(strangers[0])}")
     names = [x.name for x in symmetries]
     for name in names:
         if names.count(name) > 1 or not name or "*" in name:

@@ -72,7 +72,7 @@ class Tracer:
             expected = "one value"
         try:
             values = function(*self._arguments)
-        except (TypeError, NotImplementedError, RuntimeError) as error:
+        except (TypeError, AttributeError, LookupError, NotImplementedError, RuntimeError) as error:
             raise ValueError(_why_untraceable(field, error)) from error
         if values is None:
             raise ValueError(f"{field}: expected {expected}, got None: does the function return what it computes?")

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from enum import Enum
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from rodatlas.continuation.checks import shown
 from rodatlas.continuation.discrete.solution import Solution
 from rodatlas.continuation.results.labels import LABELS
 from rodatlas.continuation.results.verification import Discrepancy, Verification
@@ -60,6 +61,14 @@ class Status(Enum):
     CONVERGED = "converged"
     BRACKETED = "bracketed"
     UNRESOLVED = "converged on a mesh that misses the tolerance"
+
+
+def check_kind(kind: object, plain: Sequence[str], named: Sequence[str], solution: Solution) -> None:
+    """Raise ValueError for what is no kind of special points: a `plain` word, or a `named` one 'of' a name."""
+    names = (*solution.parameter_names, *solution.observables)
+    if kind not in (*plain, *(f"{word} of {name}" for word in named for name in names)):
+        words = ", ".join((*plain, *(f"{word} of NAME" for word in named)))
+        raise ValueError(f"kind: expected one of {words}, where NAME is {' or '.join(names)}, got {shown(kind)}")
 
 
 @dataclass(frozen=True, eq=False)
@@ -195,6 +204,11 @@ class SpecialPoint:
         return self.kind.partition(" of ")[2]
 
     @property
+    def is_singular(self) -> bool:
+        """Whether it is a fold or a branch point, rather than what an observable does."""
+        return self.kind in ("fold", "branch point")
+
+    @property
     def is_zero(self) -> bool:
         """Whether only a value is reached: all other kinds have test functions and a mesh of their own."""
         return self.kind.startswith("zero of ")
@@ -286,16 +300,18 @@ class Branch:
         return np.array([p.solution[name] for p in self.points])
 
     def of_kind(self, kind: str) -> tuple[SpecialPoint, ...]:
+        """The special points of one kind; ValueError for a kind that no point of this branch could be of."""
+        check_kind(kind, ("fold", "branch point"), ("zero", "extremum"), self.points[0].solution)
         return tuple(x for x in self.special if x.kind == kind)
 
-    def plot(self, x: str, y: str, ax: Axes | None = None, **style: Any) -> Axes:
+    def plot(self, x: str, y: str, ax: Axes | None = None, *, color: Any = None) -> Axes:
         """Draw in the plane of two parameters or observables, see :func:`rodatlas.plot.draw_branch`.
 
         >>> ax = branch.plot("lam", "mean")
         """
         from rodatlas.plot.branches import draw_branch
 
-        return draw_branch(self, x, y, ax=ax, **style)
+        return draw_branch(self, x, y, ax=ax, color=color)
 
     def to_frame(self) -> Table:
         """One row per point and special point: label, arclength, parameters, observables, error, index."""

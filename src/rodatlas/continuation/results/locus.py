@@ -10,13 +10,15 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from rodatlas.continuation.discrete.solution import Solution
-from rodatlas.continuation.results.branch import EndReason, Status
+from rodatlas.continuation.results.branch import EndReason, Status, check_kind
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
     from rodatlas.continuation.discrete.collocation import Scale
     from rodatlas.continuation.table import Table
+
+KINDS = ("cusp", "criticality", "coalescence", "crossing", "pitchfork", "extremum")
 
 
 @dataclass(frozen=True, eq=False)
@@ -120,7 +122,8 @@ class Locus:
         return EndReason.CLOSED in self.ends
 
     def of_kind(self, kind: str) -> tuple[LocusEvent, ...]:
-        """The special points of one kind."""
+        """The special points of one kind; ValueError for a kind that no point of a locus could be of."""
+        check_kind(kind, KINDS, ("zero",), self.points[0].solution)
         return tuple(e for e in self.events if e.kind == kind)
 
     def column(self, name: str) -> np.ndarray:

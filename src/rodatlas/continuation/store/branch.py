@@ -33,7 +33,15 @@ from rodatlas.continuation.results.branch import (
     Status,
     Verification,
 )
-from rodatlas.continuation.store.hdf5 import atomic_hdf5, checked_hdf5, get_array, get_names, put_array, put_names
+from rodatlas.continuation.store.hdf5 import (
+    atomic_hdf5,
+    checked_hdf5,
+    get_array,
+    get_names,
+    put_array,
+    put_each,
+    put_names,
+)
 from rodatlas.continuation.store.solutions import read_solutions, write_solutions
 
 if TYPE_CHECKING:
@@ -85,11 +93,9 @@ _POINT_NUMBERS = ("arclength", "fold_test", "branch_test", "step", "weakness")
 
 def _write_points(group: h5py.Group, points: Sequence[Point]) -> None:
     write_solutions(group.create_group("solutions"), [p.solution for p in points])
-    for key in _POINT_NUMBERS:
-        put_array(group, key, np.array([getattr(p, key) for p in points], float))
-    put_array(group, "tangent", np.array([p.tangent for p in points], float))
+    put_each(group, points, (*_POINT_NUMBERS, "tangent"))
+    put_each(group, points, ("iterations",), np.int64)
     put_array(group, "index", _indices([p.index for p in points]))
-    put_array(group, "iterations", np.array([p.iterations for p in points], np.int64))
 
 
 def _read_points(group: h5py.Group) -> tuple[Point, ...]:
@@ -108,19 +114,16 @@ def _write_special(group: h5py.Group, special: Sequence[SpecialPoint]) -> None:
     write_solutions(group.create_group("solutions"), [x.solution for x in special])
     put_names(group, "kind", [x.kind for x in special])
     put_names(group, "status", [x.status.name for x in special])
-    for key in ("arclength", "residual", "curvature"):
-        put_array(group, key, np.array([getattr(x, key) for x in special], float))
-    for key in ("bracket", "tests"):
-        put_array(group, key, np.array([getattr(x, key) for x in special], float).reshape(-1, 2))
+    put_each(group, special, ("arclength", "residual", "curvature"))
+    put_each(group, special, ("bracket", "tests"), size=2)
     put_array(group, "index", _indices([i for x in special for i in x.index]).reshape(-1, 2))
-    put_array(group, "turns", np.array([x.turns for x in special], bool))
+    put_each(group, special, ("turns",), bool)
     forms = [x.normal_form or NormalForm("") for x in special]
     put_names(group, "normal_form", [form.kind for form in forms])
     put_array(group, "normal_form", np.array([(form.slope, form.bend) for form in forms], float).reshape(-1, 2))
     _write_vectors(group.create_group("directions"), [x.directions for x in special])
     _write_vectors(group.create_group("bend"), [() if x.bend is None else (x.bend,) for x in special])
-    for key in _MULTIPLE_NUMBERS:
-        put_array(group, key, np.array([getattr(x, key) for x in special], np.int64))
+    put_each(group, special, _MULTIPLE_NUMBERS, np.int64)
     _write_vectors(group.create_group("nearby"), [x.nearby for x in special])
     for key in ("isotropy", "breaks"):
         put_names(group, key, [json.dumps(getattr(x, key)) for x in special])
@@ -208,8 +211,7 @@ def _verification(record: dict[str, Any]) -> Verification:
 
 
 def _write_discrepancies(group: h5py.Group, found: Sequence[Discrepancy]) -> None:
-    for key in ("bracket", "parameter"):
-        put_array(group, key, np.array([getattr(x, key) for x in found], float).reshape(-1, 2))
+    put_each(group, found, ("bracket", "parameter"), size=2)
     put_array(group, "index", _indices([i for x in found for i in x.index]).reshape(-1, 2))
     put_names(group, "events", [json.dumps(x.events) for x in found])
     put_names(group, "reason", [x.reason for x in found])

@@ -5,7 +5,7 @@ from __future__ import annotations
 import errno
 import os
 import uuid
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from contextlib import ExitStack, contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -107,6 +107,15 @@ def put_array(group: h5py.Group, name: str, array: np.ndarray) -> None:
         group.create_dataset(name, data=array)
     else:
         group.create_dataset(name, data=array, chunks=array.shape, fletcher32=True)
+
+
+def put_each(
+    group: h5py.Group, items: Sequence[object], names: Iterable[str], kind: type[Any] = float, size: int | None = None
+) -> None:  # fmt: skip
+    """Attributes of some items, a dataset for each name: numbers, or `size` of them an item."""
+    for name in names:
+        values = np.array([getattr(item, name) for item in items], kind)
+        put_array(group, name, values if size is None else values.reshape(-1, size))
 
 
 def get_array(group: h5py.Group, name: str, shape: tuple[int | None, ...]) -> np.ndarray:

@@ -20,7 +20,15 @@ import numpy as np
 from rodatlas.continuation.discrete.collocation import Scale
 from rodatlas.continuation.results.branch import EndReason, Status
 from rodatlas.continuation.results.locus import Locus, LocusEvent, LocusPoint
-from rodatlas.continuation.store.hdf5 import atomic_hdf5, checked_hdf5, get_array, get_names, put_array, put_names
+from rodatlas.continuation.store.hdf5 import (
+    atomic_hdf5,
+    checked_hdf5,
+    get_array,
+    get_names,
+    put_array,
+    put_each,
+    put_names,
+)
 from rodatlas.continuation.store.solutions import read_solutions, write_solutions
 
 if TYPE_CHECKING:
@@ -67,13 +75,11 @@ def read_locus(group: h5py.Group) -> Locus:
 
 def _write_points(group: h5py.Group, points: Sequence[LocusPoint]) -> None:
     write_solutions(group.create_group("solutions"), [p.solution for p in points])
-    put_array(group, "arclength", np.array([p.arclength for p in points]))
-    put_array(group, "tangent", np.array([p.tangent for p in points]))
+    put_each(group, points, ("arclength", "tangent", "unfolding"))
+    put_each(group, points, ("iterations",), np.int64)
     names = tuple(points[0].tests)
     put_names(group, "tests", names)
     put_array(group, "tests", np.array([[p.tests[name] for name in names] for p in points]))
-    put_array(group, "unfolding", np.array([p.unfolding for p in points]))
-    put_array(group, "iterations", np.array([p.iterations for p in points], np.int64))
 
 
 def _read_points(group: h5py.Group) -> tuple[LocusPoint, ...]:
@@ -91,9 +97,8 @@ def _write_events(group: h5py.Group, events: Sequence[LocusEvent]) -> None:
     for key in ("kind", "parameter", "what"):
         put_names(group, key, [getattr(e, key) for e in events])
     put_names(group, "status", [e.status.name for e in events])
-    put_array(group, "arclength", np.array([e.arclength for e in events]))
-    put_array(group, "bracket", np.array([e.bracket for e in events]).reshape(-1, 2))
-    put_array(group, "test", np.array([e.test for e in events]))
+    put_each(group, events, ("arclength", "test"))
+    put_each(group, events, ("bracket",), size=2)
     put_names(group, "coefficients", [json.dumps(dict(e.coefficients)) for e in events])
 
 

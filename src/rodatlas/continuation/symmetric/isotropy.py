@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from rodatlas.continuation.checks import check_has, check_type
+from rodatlas.continuation.checks import check_distinct, check_has, check_number, check_type
 from rodatlas.continuation.discrete.collocation import Collocation, Scale, add, free_indices
 from rodatlas.continuation.discrete.phase import moved_by
 from rodatlas.continuation.discrete.solution import Interpolation, Solution
@@ -67,11 +67,20 @@ def isotropy(
     """
     check_type("bvp", bvp, BVP, "a BVP")
     check_type("solution", solution, Solution, "a Solution")
+    check_number("tolerance", tolerance, 0.0, np.inf, "a finite distance")
+    names = _among(bvp, among)
     colloc = _plain(bvp, solution, Scale.of(bvp, solution))
     x = colloc.state(solution)
-    names = tuple(bvp.symmetries) if among is None else tuple(among)
     kept = tuple(name for name in names if _nearest(colloc, name, x)[1] < tolerance)
     return kept if among is not None else kept + _unmoved(colloc, x)
+
+
+def _among(bvp: BVP, among: Sequence[str] | None) -> tuple[str, ...]:
+    """The symmetries that were asked for, all discrete ones by default."""
+    if among is None:
+        return tuple(bvp.symmetries)
+    check_distinct("among", among, "names of symmetries or products 'a * b'")
+    return tuple(among)
 
 
 def _unmoved(colloc: Collocation, x: Columns) -> tuple[str, ...]:
@@ -113,7 +122,7 @@ def broken(
     ----------
     x, v : state and vector, scaled; tolerance, among : as for :func:`isotropy`.
     """
-    names = tuple(colloc.bvp.symmetries) if among is None else tuple(among)
+    names = _among(colloc.bvp, among)
     own = [name for name in names if _nearest(colloc, name, x)[1] < tolerance]
     return tuple(name for name in own if parity(colloc, name, x, v) != 1)
 
