@@ -52,7 +52,7 @@ def branch_programs(work, notes):
     ours = HERE / "rodatlas_u_branch.py"
     found = {
         " ".join(["rodatlas", *how]): (sys.executable, ours, *how)
-        for how in ((), ("fixed", "chord"), ("adaptive",), ("adaptive", "chord"), ("coarse",), ("coarse", "chord"))
+        for how in ((), ("fixed", "chord"), ("adaptive",), ("adaptive", "chord"), ("fast",), ("fast", "chord"))
     }
     try:
         environment.make_scipy()

@@ -8,10 +8,12 @@ interval, too. A jump makes a residual that stands out from that of both neighbo
 
 from __future__ import annotations
 
+from functools import lru_cache
+
 import numpy as np
 
 from rodatlas.continuation.discrete.collocation import Collocation
-from rodatlas.continuation.linear.gauss import lagrange_basis
+from rodatlas.continuation.linear.gauss import gauss_scheme, lagrange_basis
 from rodatlas.continuation.linear.matrix import Columns
 from rodatlas.continuation.problem.evaluator import evaluator
 
@@ -37,9 +39,16 @@ def _at_ends(colloc: Collocation, x: Columns) -> tuple[np.ndarray, np.ndarray, n
     return s, values_at_ends(colloc, x) * colloc.scale.unknowns, colloc.parameters(x)
 
 
+@lru_cache(maxsize=16)
+def _bases(points: int) -> tuple[np.ndarray, np.ndarray]:
+    """Just inside the ends, the polynomials of a value (2, m+1) and of its slope (2, m)."""
+    scheme, ends = gauss_scheme(points), np.array([INSIDE, 1 - INSIDE])
+    return scheme.basis(ends), lagrange_basis(scheme.nodes, ends)
+
+
 def values_at_ends(colloc: Collocation, v: Columns) -> np.ndarray:
     """A piecewise polynomial (N, 2, n) just inside the ends."""
-    basis = colloc.scheme.basis(np.array([INSIDE, 1 - INSIDE]))
+    basis = _bases(colloc.scheme.points)[0]
     return basis[:, :1] * v.mesh[:-1, None, :] + np.matmul(basis[:, 1:], v.stage)
 
 
@@ -47,8 +56,7 @@ def slopes_at_ends(colloc: Collocation, v: Columns) -> np.ndarray:
     """Slopes (N, 2, n) of a piecewise polynomial just inside the ends, scaled."""
     scheme = colloc.scheme
     change = np.matmul(scheme.d, v.stage) + scheme.d0[:, None] * v.mesh[:-1, None, :]
-    basis = lagrange_basis(scheme.nodes, np.array([INSIDE, 1 - INSIDE]))
-    return np.matmul(basis, change) / colloc.step[:, None, None]
+    return np.matmul(_bases(scheme.points)[1], change) / colloc.step[:, None, None]
 
 
 def residual_of(colloc: Collocation, x: Columns) -> np.ndarray:
