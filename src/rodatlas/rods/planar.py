@@ -1,6 +1,7 @@
-"""Planar states without shear, reached from the circle: where every study of a clamped band begins.
+"""Planar states without shear: where every study of a clamped band begins.
 
-The circle (psi0 = pi, dL = 1) is opened to the wanted compression and its clamps are turned. Lowering psi0 gives the
+The circle (psi0 = pi, dL = 1) is opened to the wanted compression and its clamps are turned; where the compression is
+small, and the circle far, the arch between level clamps is known from linear theory. Lowering psi0 gives the
 first-mode elastica U; past psi0 = 0 it is the inverted state W of the opposite angle, seen in the angle mirror; past
 a fold (near -86 degrees for dL = 1/2) the same curve comes back as the branch of the third elastica mode.
 """
@@ -27,6 +28,7 @@ from rodatlas.rods.band import check_setting
 from rodatlas.rods.formulation import Sections
 from rodatlas.rods.law import LinearLaw
 from rodatlas.rods.perfectly_anisotropic import FULL, rod_problem
+from rodatlas.rods.shallow import SHALLOW, first_mode
 from rodatlas.rods.symmetry import mirror_angle
 
 PLANAR = ("U", "W", "third mode")
@@ -62,7 +64,8 @@ def planar_states(
     """
     check_setting(a, angle, compression)
     options = _options(tolerance)
-    here = solve(rod_problem(), circle(a), ("dL",), options)
+    near = first_mode(a, compression) if compression < SHALLOW else circle(a)
+    here = solve(rod_problem(), near, ("dL",), options)
     found: dict[str, Solution] = {}
     legs = [("", "dL", compression, False), ("U", "psi0", angle, False), ("W", "psi0", -angle, False),
             ("third mode", "psi0", -angle, True)]  # fmt: skip
@@ -108,9 +111,11 @@ def _options(tolerance: float) -> TraceOptions:
 
 
 def _leg(start: Solution, name: str, value: float, beyond: bool, options: TraceOptions) -> Branch | None:
-    """Lower a parameter to a value, or past a fold and back up to it when `beyond` is set; None when it is there."""
+    """Change a parameter to a value, or lower it past a fold and back up to it when `beyond` is set; None when it is
+    there."""
     if not beyond and start[name] == value:
         return None
-    bounds = (-10.0, value) if beyond else (value, start[name])
+    bounds = (-10.0, value) if beyond else (min(value, start[name]), max(value, start[name]))
+    direction = 1.0 if value > start[name] and not beyond else -1.0
     options = replace(options, bounds={name: bounds}, max_points=2000, max_folds=2, locate=("fold",))
-    return trace(rod_problem(), start, (name,), options, both=False, direction=-1.0)
+    return trace(rod_problem(), start, (name,), options, both=False, direction=direction)
