@@ -175,7 +175,7 @@ def _meets_symmetric(special: SpecialPoint, last: Point) -> bool:
 
 def _follow_planar(frontier: Frontier, settings: SliceSettings, cache: BranchCache, say: _Reporter) -> None:
     """All that is connected to the planar states."""
-    say("planar states from the circle")
+    say("planar states")
     seeds, warnings = planar_seeds(settings)
     frontier.warnings += warnings
     _follow_seeds(frontier, seeds, settings, cache, say)
