@@ -10,7 +10,7 @@ import math
 import sys
 import time
 
-from rodatlas.continuation import MeshControl, NewtonOptions, TraceOptions, trace
+from rodatlas.continuation import MeshControl, NewtonOptions, StepControl, TraceOptions, trace
 from rodatlas.rods.perfectly_anisotropic import rod_problem
 from rodatlas.rods.planar import planar_states
 
@@ -20,10 +20,12 @@ MESHES = {
     "fast": MeshControl(tolerance=1e-6, every=5),  # still more accurate than what the fastest settings of AUTO find
 }
 
+STEPS = {"fast": StepControl(initial=0.05)}  # the first step that AUTO is given, too
+
 LABELS = {
     "fixed": (),
     "adaptive": ("adaptive mesh",),
-    "fast": ("mesh to 1e-6 every 5",),
+    "fast": ("larger steps, mesh to 1e-6",),
     "newton": (),
     "chord": ("chord",),
 }
@@ -36,7 +38,7 @@ def run(mesh="fixed", corrector="newton"):
     ----------
     mesh : str
         ``'fixed'`` (50 intervals of 4 points, as the peers), ``'adaptive'`` (error tolerance 1e-8) or ``'fast'`` (1e-6,
-        adapted every 5 steps).
+        adapted every 5 steps, first step 0.05).
     corrector : str
         ``'newton'``, or ``'chord'`` for one factorization a step.
 
@@ -49,7 +51,8 @@ def run(mesh="fixed", corrector="newton"):
     bvp = rod_problem()
     start = planar_states(0.625, math.radians(15.0), 0.5)[0]["U"]
     newton = NewtonOptions(tolerance=1e-7, chord=corrector == "chord")
-    options = TraceOptions(mesh=MESHES[mesh], newton=newton, bounds={"dD": (0.0, 0.79)})
+    step = STEPS.get(mesh, StepControl())
+    options = TraceOptions(step=step, mesh=MESHES[mesh], newton=newton, bounds={"dD": (0.0, 0.79)})
     trace(bvp, start, ("dD",), options, both=False)  # compile and warm the caches
     before = time.process_time()
     branch = trace(bvp, start, ("dD",), options, both=False)
