@@ -21,6 +21,7 @@ from rodatlas.continuation import (
     follow_locus,
     solve,
     switch,
+    switch_all,
     trace,
 )
 
@@ -69,6 +70,75 @@ def test_an_inflection_and_a_constant_at_the_start_are_no_extrema(both: bool, di
     options = TraceOptions(zeros={"x0": 0.0, "none": 0.0}, extrema=("x0", "none"), bounds={"lam": (-1.0, 1.0)})
     branch = trace(bvp, constant(bvp), ("lam",), options, both=both, direction=direction)
     assert [x.kind for x in branch.special] == ["zero of x0"]
+
+
+@pytest.mark.parametrize(("both", "direction"), WAYS)
+@pytest.mark.parametrize("off", [0.0, 1e-12, -1e-9, 1e-7])
+def test_a_branch_point_at_the_start(both: bool, direction: float, off: float) -> None:
+    """Euler's first load, given by its formula: the determinant vanishes there and changes sign on no step."""
+    bvp = BVP(
+        lambda s, u, p: [u.v, -p.lam * np.sin(u.u)], lambda left, right, p: [left.u, right.u],
+        unknowns=("u", "v"), parameters={"lam": 1.0}, scales={"lam": 10.0},
+    )  # fmt: skip
+    options = TraceOptions(bounds={"lam": (1.0, 20.0)}, stop_at=lambda special, last: True)
+    start = constant(bvp, lam=np.pi**2 * (1 + off))
+    branch = trace(bvp, start, ("lam",), options, both=both, direction=direction)
+    assert names(branch) == ["branch point"]
+    (point,) = branch.special
+    assert point.solution["lam"] == pytest.approx(np.pi**2, abs=1e-7)
+    assert point.normal_form.kind == "pitchfork"
+    assert branch.ends[1] is EndReason.RANGE
+    assert len(switch_all(bvp, point, ("lam",), options)) == 2
+
+
+@pytest.mark.parametrize(("both", "direction"), WAYS)
+def test_a_double_branch_point_at_the_start(both: bool, direction: float) -> None:
+    bvp = algebraic(lambda u, p: [u.x * (p.lam - u.x**2), u.y * (p.lam - 2 * u.y**2)], unknowns=("x", "y"))
+    options = TraceOptions(bounds={"lam": (-0.5, 0.5)})
+    branch = trace(bvp, constant(bvp), ("lam",), options, both=both, direction=direction)
+    assert [x.multiplicity for x in branch.special] == [2]
+    assert len(branch.special[0].rays) == 2 + 8
+
+
+@pytest.mark.parametrize(("both", "direction"), WAYS)
+@pytest.mark.parametrize("steepness", [1.0, 1e-3])
+def test_folds_at_the_start(both: bool, direction: float, steepness: float) -> None:
+    """lam = c x^2 + x^3 has folds at x = 0, where no round-off gives the slope a sign, and at x = -2c/3."""
+    bvp = algebraic(lambda u, p: [p.lam - steepness * u.x**2 - u.x**3])
+    options = TraceOptions(bounds={"lam": (-1.0, 1.0)}, max_folds=1)
+    branch = trace(bvp, constant(bvp), ("lam",), options, both=both, direction=direction)
+    folds = sorted(float(x.solution["x"][0]) for x in branch.of_kind("fold"))
+    assert folds == pytest.approx([-2 * steepness / 3, 0.0] if len(folds) == 2 else [0.0], abs=1e-9)
+    assert len(folds) == 2 or not both
+    assert branch.verification.complete
+
+
+@pytest.mark.parametrize(("both", "direction"), WAYS)
+def test_an_index_at_a_singular_start_is_not_compared(both: bool, direction: float) -> None:
+    """At the pitchfork itself the index is that of neither side."""
+    bvp = pitchfork()
+    options = TraceOptions(bounds={"lam": (-1.0, 1.0)}, index=lambda x: int(x["lam"] > 3 * x["x"][0] ** 2))
+    branch = trace(bvp, constant(bvp), ("lam",), options, both=both, direction=direction)
+    assert branch.discrepancies == ()
+    sides = (0, 1) if direction > 0 else (1, 0)
+    assert [x.index for x in branch.special] == [sides if both else (None, sides[1])]
+
+
+@pytest.mark.parametrize(("both", "direction"), WAYS)
+@pytest.mark.parametrize("power", [3, 5])
+def test_an_inflection_at_the_start_is_no_fold(both: bool, direction: float, power: int) -> None:
+    bvp = algebraic(lambda u, p: [p.lam - u.x**power])
+    branch = trace(
+        bvp, constant(bvp), ("lam",), TraceOptions(bounds={"lam": (-1.0, 1.0)}), both=both, direction=direction
+    )
+    assert branch.special == ()
+
+
+def test_a_closed_branch_that_starts_at_a_fold() -> None:
+    bvp = circle()
+    branch = trace(bvp, constant(bvp, lam=1.0), ("lam",))
+    assert branch.closed
+    assert [x.solution["lam"] for x in branch.special] == pytest.approx([1.0, -1.0], abs=1e-12)
 
 
 def test_a_run_does_not_stop_where_it_starts() -> None:

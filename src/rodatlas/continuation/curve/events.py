@@ -42,7 +42,7 @@ def locate_events(segment: Segment, options: TraceOptions) -> list[Located]:
     if "branch point" in options.locate and changes(segment.left.branch_test[0], segment.right.branch_test[0]):
         branch_point = _locate_branch_point(segment, options)
     if "fold" in options.locate and turned and not (branch_point and branch_point.turns):
-        fold = _locate_fold(segment, options)
+        fold = locate_fold(segment, options)
     bracketed = branch_point is not None and branch_point.special.status is Status.BRACKETED
     if fold and branch_point and bracketed and abs(fold.fraction - branch_point.fraction) < 0.05:
         # its tangents are unknown, but one place means one pitchfork
@@ -61,7 +61,7 @@ def events_off(segment: Segment, options: TraceOptions) -> list[Located]:
     found = [*_locate_zeros(segment, options), *locate_extrema(segment, options, None)]
     a, b = segment.fold_tests
     if "fold" in options.locate and changes(a, b, FOLD_NOISE) and abs(a) > UPRIGHT * abs(b):
-        found.append(_locate_fold(segment, options))
+        found.append(locate_fold(segment, options))
     return sorted(found, key=lambda item: item.fraction)
 
 
@@ -161,7 +161,8 @@ def _outside(special: SpecialPoint, segment: Segment, options: TraceOptions) -> 
     return False
 
 
-def _locate_fold(segment: Segment, options: TraceOptions) -> Located:
+def locate_fold(segment: Segment, options: TraceOptions) -> Located:
+    """The fold near the zero of the parameter's slope between both ends."""
     a, b = segment.fold_tests
 
     def attempt(x: Columns, t: Columns) -> Augmented:

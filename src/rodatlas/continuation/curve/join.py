@@ -24,6 +24,8 @@ from rodatlas.continuation.linear.matrix import Columns
 from rodatlas.continuation.results.branch import Branch, EndReason, Point, SpecialPoint, Status
 from rodatlas.continuation.results.verification import ROUND_OFF, Discrepancy, Verification
 
+COINCIDE = 1e-8  # arclength between simple branch points, below which there is one
+
 
 class Guard:
     """Keeps the first exception of a user's functions, so that the step in which it comes is finished and kept."""
@@ -115,7 +117,7 @@ def joined(frame: Frame, options: TraceOptions, forward: Half, backward: Half | 
         more, also, doubts = _collect(backward)
         points = [flipped(p) for p in reversed(more)] + points
         also = [flipped_special(x) for x in reversed(also)]
-        special = also + [x for x in special if not any(is_same(x, y) for y in also)]
+        special = _each_once(also, special)
         discrepancies = [flipped_discrepancy(d) for d in reversed(doubts)] + discrepancies
         first, failure = backward.end, backward.failure
         spent += backward.walker.newton_iterations
@@ -126,6 +128,13 @@ def joined(frame: Frame, options: TraceOptions, forward: Half, backward: Half | 
         (failure, forward.failure), {"problem": bvp.name, **options.settings()},
         replace(verified(points, special, discrepancies, repeated), unfolding=unfolding),
     )  # fmt: skip
+
+
+def _each_once(backward: list[SpecialPoint], forward: list[SpecialPoint]) -> list[SpecialPoint]:
+    """The special points of both halves; one at the start, which both report, with the index on both sides."""
+    both = [next((y for y in forward if is_same(x, y)), x) for x in backward]
+    joined = [replace(x, index=(x.index[0], y.index[1])) for x, y in zip(backward, both, strict=True)]
+    return joined + [x for x in forward if not any(x is y for y in both)]
 
 
 def verified(
@@ -156,13 +165,16 @@ def _collect(half: Half) -> tuple[list[Point], list[SpecialPoint], list[Discrepa
 def is_same(one: SpecialPoint, two: SpecialPoint) -> bool:
     """Whether two walks from one place report one special point there.
 
-    Both see what an observable does there, and a multiple branch point; of a simple one, and of a fold, a test function
-    changes sign on one side only.
+    Both see what an observable does there, a multiple branch point, and a simple one or a fold right at the start.
+    Simple branch points that do not coincide are two, and so are folds that bend to different sides.
     """
-    if one.kind != two.kind or abs(one.arclength - two.arclength) > AT_START:
+    distance = abs(one.arclength - two.arclength)
+    if one.kind != two.kind or distance > AT_START:
         return False
+    if one.kind == "fold":
+        return one.curvature * two.curvature > 0
     if one.is_singular:
-        return one.multiplicity == two.multiplicity > 1
+        return one.multiplicity == two.multiplicity and (one.multiplicity > 1 or distance < COINCIDE)
     values = one.solution[one.name], two.solution[two.name]
     return bool(np.isclose(*values, rtol=UNCHANGED, atol=UNCHANGED))
 

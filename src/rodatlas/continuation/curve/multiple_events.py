@@ -10,7 +10,7 @@ import numpy as np
 from rodatlas.continuation.curve.events import branch_point_from
 from rodatlas.continuation.curve.multiple import TOGETHER, MultiplePoint, SingularPlace, search_places
 from rodatlas.continuation.curve.options import TraceOptions
-from rodatlas.continuation.curve.segment import FOLD_NOISE, Located, Segment, changes
+from rodatlas.continuation.curve.segment import AT_START, FOLD_NOISE, Located, Segment, changes
 from rodatlas.continuation.discrete.collocation import Collocation, add, scaled
 from rodatlas.continuation.discrete.random_fields import smooth_vectors
 from rodatlas.continuation.linear.matrix import Columns
@@ -74,6 +74,12 @@ def told_apart(
     others = [e for e in events if e.special.kind != "branch point" and not _belongs(e, [*old, *several], segment)]
     found = [_event(segment, p.point) for p in several if p.point]
     return Verdict(sorted(_turned(segment, found, [*others, *simple]), key=lambda e: e.fraction), True)
+
+
+def multiple_at_start(segment: Segment, options: TraceOptions) -> Located | None:
+    """The multiple branch point at which a segment begins, None when it is none or a simple one."""
+    places = [p.point for p in search_places(segment, options).places if abs(p.arclength - segment.start) < AT_START]
+    return next((_event(segment, point) for point in places if point), None)
 
 
 def _is_same(last: SpecialPoint, arclength: float, options: TraceOptions) -> bool:

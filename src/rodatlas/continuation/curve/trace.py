@@ -85,7 +85,8 @@ def trace(
     Parameters
     ----------
     start : Solution
-        of the problem, or a guess. At a branch point the branch along which the parameter changes most is followed.
+        of the problem, or a guess. At a branch point the branch along which the parameter changes most is followed; it
+        is one of the branch's special points, as a fold is.
     free : names of the free parameters (bvp.n_free of them), the continuation parameter first; on an orbit of a
         continuous symmetry one more, such as a period, for each phase condition that is to determine it.
     both : follow both directions (default), else only the one in which the parameter changes as `direction`.

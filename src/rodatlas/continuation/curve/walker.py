@@ -17,6 +17,7 @@ from rodatlas.continuation.curve.events import (
     locate_events,
     unresolved,
 )
+from rodatlas.continuation.curve.events_at_start import Beginning, singular_start
 from rodatlas.continuation.curve.march import Corrected, March, Step, Trial
 from rodatlas.continuation.curve.modes import adapted, measured_at, with_resolved_mode
 from rodatlas.continuation.curve.multiple_events import told_apart
@@ -123,8 +124,11 @@ class Walker(March[Frame, Segment, Point, SpecialPoint]):
         verdict = told_apart(segment, events, self.options, self._passed, is_long, keep_off)
         events, known = verdict.events, verdict.known
         point = self._point(segment.right, segment.start + segment.step, trial.iterations, segment.step)
-        discrepancy = self._unexplained(segment, point, events)
-        doubtful = verdict.shorten or discrepancy or unresolved(segment, events, self.options, tried, known)
+        first = singular_start(segment, self.options, events) if self._count == 0 else Beginning()
+        discrepancy = None if first.events else self._unexplained(segment, point, events)  # there an index is round-off
+        doubtful = (
+            verdict.shorten or discrepancy or first.doubtful or unresolved(segment, events, self.options, tried, known)
+        )
         if doubtful and step > finest:
             return None
         if doubtful and discrepancy is None and not known and self._nearly_singular(segment, events):
@@ -133,7 +137,7 @@ class Walker(March[Frame, Segment, Point, SpecialPoint]):
             events = [e for e in events if not e.is_round_off]
             discrepancy = self._record(point, tuple(e.special.kind for e in events if e.flips), ROUND_OFF)
         self._usual *= FORGETS
-        taken = self._accept(segment, point, events, discrepancy, trial.at_bound)
+        taken = self._accept(segment, point, first.events, events, discrepancy, trial.at_bound)
         self.last = taken.point
         self._window.append(taken.point)
         return taken
@@ -168,24 +172,29 @@ class Walker(March[Frame, Segment, Point, SpecialPoint]):
         )  # fmt: skip
 
     def _accept(
-        self, segment: Segment, point: Point, events: list[Located], discrepancy: Discrepancy | None, at_bound: bool
-    ) -> Step[Point, SpecialPoint]:
+        self, segment: Segment, point: Point, first: tuple[Located, ...], events: list[Located],
+        discrepancy: Discrepancy | None, at_bound: bool,
+    ) -> Step[Point, SpecialPoint]:  # fmt: skip
         closing = None if at_bound else self._closing(segment)
         if closing is not None:  # what lies beyond the start was found when the walk began
             events = [e for e in events if e.fraction <= closing and not self._is_first(e, closing)]
-        elif self._count == 0:
+        events = [*first, *events]
+        if self._count == 0:
             self._early = {e.special.kind for e in events if e.fraction < 1e-6}
-        bvp, indices = segment.colloc.bvp, (self.last.index, point.index)
-        special = [with_symmetry(bvp, replace(e.special, index=indices)) for e in events]
+        bvp, before = segment.colloc.bvp, [None] * len(first) + [self.last.index] * (len(events) - len(first))
+        special = [
+            with_symmetry(bvp, replace(e.special, index=(i, point.index))) for i, e in zip(before, events, strict=True)
+        ]
         passed = any(item.kind == "branch point" for item in special)
-        before = abs(segment.right.weakness_before) * (-1.0 if passed else 1.0)
-        self.frame = replace(segment.right, weakness_before=before)
+        weakness = abs(segment.right.weakness_before) * (-1.0 if passed else 1.0)
+        self.frame = replace(segment.right, weakness_before=weakness)
         for i, item in enumerate(special):
-            self._folds += item.kind == "fold"
+            self._folds += item.kind == "fold" and i >= len(first)  # a run does not end where it starts
             if item.kind == "branch point":
                 self._passed = item
                 self._singular.append(item)
-            starts = self._count == 0 and not item.is_singular and item.arclength - segment.start < AT_START
+            near = self._count == 0 and not item.is_singular and item.arclength - segment.start < AT_START
+            starts = near or i < len(first)
             if self.options.stop_at is not None and not starts and self.options.stop_at(item, point):
                 self.end = EndReason.BRANCH_POINT if item.kind == "branch point" else EndReason.STOPPED
             elif self.options.max_folds is not None and self._folds > self.options.max_folds:
