@@ -161,15 +161,16 @@ def _departure(
     return _onto_orbit(bvp, start, indices)
 
 
-def _onto_orbit(bvp: BVP, start: _Departure, free: list[int]) -> _Departure:
-    """The departure with as many phase conditions as the branch needs, which the first state expected on it tells."""
+def _onto_orbit(bvp: BVP, start: _Departure, free: list[int], near: Columns | None = None) -> _Departure:
+    """The departure with as many phase conditions as the branch needs, which a state on it tells, or the first one
+    expected there."""
     if not bvp.generators:
         return start
-    old, origin = start.origin.colloc, start.origin
-    inside, indices = with_phases(bvp, len(orbit_directions(old, start.guess)), free)
+    old, origin, near = start.origin.colloc, start.origin, near or start.guess
+    inside, indices = with_phases(bvp, len(orbit_directions(old, near)), free)
     new = Collocation(inside, old.mesh, old.scheme.points, old.base, indices, old.scale, old.backend)
     k = len(indices)
-    new.hold(fitted(start.guess, k))
+    new.hold(fitted(near, k))
     origin = replace(origin, colloc=new, x=fitted(origin.x, k), tangent=fitted(origin.tangent, k))
     return replace(start, origin=origin, bend=start.bend and fitted(start.bend, k))
 
@@ -202,6 +203,12 @@ def _followed(at: SpecialPoint, start: _Departure, options: TraceOptions, first_
         return None
     stepped, step = found
     frame = settled(stepped, options, (across,)).frame
+    old = origin.colloc
+    if old.bvp.phases - old.bvp.unfoldings <= len(orbit_directions(frame.colloc, frame.x)) < old.bvp.phases:
+        # what seemed to be one more direction was the error of the guess
+        own = old.free[: len(old.free) - old.bvp.unfoldings].tolist()
+        near = frame.colloc.interpolate(frame.x, old)
+        return _followed(at, _onto_orbit(old.bvp.plain, start, own, near), options, first_step)
     frame = replace(frame, weakness_before=0.0, previous_step=step)  # before it lies the branch point itself
     first, passed = _first_point(at, origin), _passed(origin, stepped, step, options)
     if (ended := _ended(first, passed, options, origin)) is not None:
