@@ -29,14 +29,18 @@ def test_the_force_in_space_is_constant_and_the_moment_turns_about_it(rod):
 
 
 def test_the_directors_are_a_frame_that_turns_with_the_strain(rod):
-    """d_i' = (k1 d1 + k2 d2 + tau d3) x d_i, by central differences, and X' = d3."""
+    """d_i' = (k1 d1 + k2 d2 + tau d3) x d_i, by central differences, and X' = d3.
+
+    Between mesh points the slope of the polynomials is good to their order m only: to 1e-6 of the rates here, which
+    depends on where the mesh points happen to lie.
+    """
     frame = rod.directors
     assert np.abs(np.einsum("kia,kja->kij", frame, frame) - np.eye(3)).max() < 1e-14
     s, h = np.linspace(0.1, 0.9, 7), 1e-4
     here, left, right = rod.at(s), rod.at(s - h), rod.at(s + h)
     rate = (right.directors - left.directors) / (2 * h)
     spin = here.in_space(here.strain)
-    assert np.abs(rate - np.cross(spin[:, None], here.directors)).max() < 1e-5
+    assert np.abs(rate - np.cross(spin[:, None], here.directors)).max() < 5e-6 * np.abs(rate).max()
     assert np.abs((right.position - left.position) / (2 * h) - here.directors[:, 2]).max() < 1e-5
 
 
