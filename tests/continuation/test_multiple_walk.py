@@ -235,15 +235,16 @@ def test_a_start_close_to_a_multiple_point():
 
 
 @pytest.mark.parametrize("backend", ["numba", "scipy"])
-@pytest.mark.parametrize(("bvp", "trunk"), [
-    *[(bvp, lambda lam: 0.0) for bvp in (square(2.0), triangle(), cube(2.0), circular())],
-    (curved(), lambda lam: np.stack([np.sin(lam), lam - np.sin(lam) ** 2], axis=1)),
+@pytest.mark.parametrize(("bvp", "multiplicity", "rays", "trunk"), [
+    *[(bvp, d, rays, lambda lam: 0.0)
+      for bvp, d, rays in ((square(2.0), 2, 10), (triangle(), 2, 8), (cube(2.0), 3, 28), (circular(), 2, 3))],
+    (curved(), 2, 10, lambda lam: np.stack([np.sin(lam), lam - np.sin(lam) ** 2], axis=1)),
 ])  # fmt: skip
-def test_a_start_exactly_at_a_multiple_point(bvp, trunk, backend):
-    """The branch along which the parameter changes most is followed: here the trunk."""
+def test_a_start_exactly_at_a_multiple_point(bvp, multiplicity, rays, trunk, backend):
+    """The branch along which the parameter changes most is followed: here the trunk; the point is listed, once."""
     branch = trace(bvp, constant(bvp, lam=0.0), ("lam",), replace(BOX, backend=backend))
     assert branch.ends == (EndReason.RANGE, EndReason.RANGE)
-    assert found(branch) == []
+    assert found(branch) == [("branch point", multiplicity, rays, False, 0)]
     lam, values = branch.column("lam"), np.array([p.solution.values[0] for p in branch])
     assert sorted(lam[[0, -1]]) == [-0.5, 0.5]
     assert np.allclose(values, trunk(lam), atol=1e-8)
