@@ -41,8 +41,7 @@ def first_mode(a: float, compression: float) -> Solution:
         quaternion = np.array([Pose.tilted(angle, (0.0, 0.0, 0.0)).quaternion for angle in slope])
         position = np.column_stack([along, height, 0 * s])
         law, thrust = LinearLaw(a), np.array([-a * wave**2, 0.0, 0.0])
-        # the moment about -z, along d1, is a times the curvature, which turns the tangent toward -y where positive
-        moment = np.array([0.0, 0.0, -1.0]) * (-a * amplitude * wave)
+        moment = np.array([0.0, 0.0, a * amplitude * wave])  # a theta' about z, toward which theta grows
         return FULL.values(held_by(law, thrust, moment, quaternion, position, np.zeros(3)), parameters)
 
     return Solution.from_function(fields, FULL.unknowns, parameters)
