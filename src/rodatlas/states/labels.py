@@ -39,8 +39,12 @@ class Wanted(NamedTuple):
         return self.member if self.number is None else f"{self.member}{SEPARATOR}{self.number}"
 
 
-def parse_label(text: str) -> Wanted:
+def parse_label(text: str, names: Sequence[str] = NAMES) -> Wanted:
     """('US+-', '+', None) from 'US+', 'US' or 'US+-'; ('W', '', 2) from 'W:2'.
+
+    Parameters
+    ----------
+    names : that there are.
 
     Raises
     ------
@@ -50,16 +54,16 @@ def parse_label(text: str) -> Wanted:
     called, separator, number = text.partition(SEPARATOR)
     bare, sign = re.fullmatch(r"(.*?)([+-]*)", called, re.DOTALL).groups()  # type: ignore[union-attr]
     numbered = not separator or (NUMBER.fullmatch(number) is not None and int(number) > 0)
-    for name in NAMES:
+    for name in names:
         pair = name.endswith("+-")
         if numbered and bare == name.removesuffix("+-") and sign in (("", "+", "-", "+-") if pair else ("",)):
             return Wanted(name, ("-" if sign == "-" else "+") if pair else "", int(number) if separator else None)
-    raise ValueError(f"state: expected one of {known_names()}, got '{text}'")
+    raise ValueError(f"state: expected one of {known_names(names)}, got '{text}'")
 
 
-def known_names() -> str:
+def known_names(names: Sequence[str] = NAMES) -> str:
     """All names that a user can give, for messages."""
-    return ", ".join(n.replace("+-", "+, ") + n[:-2] + "-" if n.endswith("+-") else n for n in NAMES)
+    return ", ".join(n.replace("+-", "+, ") + n[:-2] + "-" if n.endswith("+-") else n for n in names)
 
 
 def slope(solution: Solution) -> float:

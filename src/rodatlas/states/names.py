@@ -22,12 +22,12 @@ The members of a pair are told apart by :func:`rodatlas.rods.symmetry.pair_membe
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import NamedTuple
 
 import numpy as np
 
 from rodatlas.continuation import Solution
 from rodatlas.continuation.checks import check_each
+from rodatlas.model import Part
 from rodatlas.rods.state import RodState
 from rodatlas.rods.symmetry import is_twisted
 from rodatlas.states.winding import is_curled, is_wound
@@ -36,14 +36,6 @@ NAMES = ("U", "US+-", "uUu", "w", "wi", "W", "WS+-", "uUui", "S+-", "TU+-", "TW+
 OTHER = "other"
 """A stable state that is none of the named ones: some exist at other compressions than 1/2, or at steep angles."""
 ZERO_HEIGHT = 1e-6
-
-
-class Part(NamedTuple):
-    """A named part of a stable segment: its name, and its first and last position in the segment's solutions."""
-
-    name: str
-    first: int
-    last: int
 
 
 def middle_curvature(solution: Solution) -> float:

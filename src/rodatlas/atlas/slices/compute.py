@@ -10,21 +10,18 @@ from rodatlas.atlas.slices.cache import BranchCache
 from rodatlas.atlas.slices.coexisting import overlaps
 from rodatlas.atlas.slices.contact import contact_warnings, with_contact
 from rodatlas.atlas.slices.crosscheck import empty_searches, missed_states
-from rodatlas.atlas.slices.cuts import cut_segment
 from rodatlas.atlas.slices.follow import Followed, Frontier, Reference, follow_slice
-from rodatlas.atlas.slices.match import same_state
-from rodatlas.atlas.slices.mirror import broken_symmetries, mirror_partners
-from rodatlas.atlas.slices.numbering import ENDS, number_neighbors, number_without_states
+from rodatlas.atlas.slices.mirror import broken_products, further_symmetries, mirror_partners
+from rodatlas.atlas.slices.names import SeenNames
 from rodatlas.atlas.slices.result import Event, Slice, SliceBranch, State, StateEnd
 from rodatlas.atlas.slices.segments import Bound, Segment, stable_segments, with_chained_indices
 from rodatlas.atlas.slices.settings import SliceSettings
 from rodatlas.continuation import SpecialPoint
 from rodatlas.continuation.checks import check_type
 from rodatlas.continuation.curve.events import turns_at
+from rodatlas.model import Model, Nomenclature, Part
+from rodatlas.model.orbit import own_symmetries, pairing, same_state
 from rodatlas.progress import Progress, tells
-from rodatlas.rods.symmetry import is_symmetric
-from rodatlas.states.names import NAMES, OTHER, Part, name_parts
-from rodatlas.states.winding import is_curled
 
 
 @tells("slice")
@@ -39,67 +36,67 @@ def compute_slice(
     cache : keeps finished branches, so that an interrupted run can be resumed.
     progress : called as the work goes on; by default a line in a terminal or notebook, `rodatlas.progress.silent`
         for none.
-    carry : whether branches that are not connected within the slice are looked for: carried over from a reference
-        angle, and found by a search.
-    reference : branches of the slices at reference angles as far as they are known, see
-        :func:`rodatlas.atlas.slices.follow.planar_branches`.
+    carry : whether branches that are not connected within the slice are looked for: carried over from reference
+        settings, and found by a search.
+    reference : branches of the slices at reference settings as far as they are known, see
+        :func:`rodatlas.atlas.slices.follow.carried_from`.
     """
-    check_type("settings", settings, SliceSettings, "SliceSettings such as SliceSettings(15.0)")
+    check_type("settings", settings, SliceSettings, "SliceSettings, see SliceSettings.of")
     start = time.perf_counter()
     frontier = follow_slice(settings, cache, progress, carry, reference)
+    names = _nomenclature(settings)
     branches = [SliceBranch(f, _bare_events(f, frontier)) for f in frontier.branches]
-    segments = [s for b in branches for s in stable_segments(b.followed, _origin(b.followed, branches))]
-    inverted = {f.id for f in frontier.branches if _holds_w(f)}
-    named = [(s, name_parts(s.solutions, s.followed.symmetric, s.followed.id in inverted)) for s in segments]
-    branches = _numbered(branches, named)
+    segments = [s for b in branches for s in stable_segments(b.followed, _origin(b.followed, branches), settings.value)]
+    named = list(zip(segments, names.parts(frontier.branches, segments), strict=True))
+    branches = _numbered(branches, named, names, settings.model)
     warnings = list(frontier.warnings)
-    if settings.angle == 0.0:
-        partners, missing = mirror_partners(frontier.branches, settings)
+    for symmetry in further_symmetries(settings)[:1]:
+        partners, missing = mirror_partners(frontier.branches, symmetry, settings)
         branches = [replace(b, mirror=partners.get(b.id)) for b in branches]
         warnings += missing
-    states = [state for segment, parts in named for state in _states(segment, parts, branches, settings)]
-    states = with_contact(sorted(states, key=lambda s: ((*NAMES, OTHER).index(s.name), s.low.shear)), settings)
-    warnings += [*empty_searches(frontier.searches), *missed_states(frontier.searches, states, settings)]
-    warnings += [*overlaps(states), *contact_warnings(states)]
+    states = [state for segment, parts in named for state in _states(segment, parts, branches, names, settings)]
+    order = {name: i for i, name in enumerate((*names.names, names.other))}
+    states = with_contact(
+        sorted(states, key=lambda s: (order.get(s.name, len(order)), s.name, s.low.value)), settings
+    )  # fmt: skip
+    warnings += empty_searches(frontier.searches, settings)
+    warnings += missed_states(frontier.searches, states, settings)
+    warnings += [*overlaps(states, settings), *contact_warnings(states, settings)]
     return Slice(settings, tuple(branches), tuple(states), tuple(warnings), time.perf_counter() - start)
 
 
-def _holds_w(followed: Followed) -> bool:
-    """Whether a branch passes a stable symmetric state of negative height at dD = 0."""
-    points = followed.branch.points
-    return followed.symmetric and any(
-        one.solution["dD"] * two.solution["dD"] <= 0
-        and one.index == two.index == 0
-        and one.solution["height"] < 0
-        and not is_curled(one.solution)
-        for one, two in pairwise(points)
-    )
+def _nomenclature(settings: SliceSettings) -> Nomenclature:
+    """Who names the states: the nomenclature of the model where it knows them, else what is seen."""
+    known = settings.model.nomenclature
+    return known if known is not None and settings.named else SeenNames(settings)
 
 
 def _bare_events(followed: Followed, frontier: Frontier) -> tuple[Event, ...]:
     """Events of a branch without numbers; pitchforks are told by the directions of the two curves."""
     events = []
+    settings = frontier.settings
     for special in with_chained_indices(followed.bifurcations):
-        pitchfork = special.kind == "branch point" and _is_pitchfork(special)
-        if pitchfork and _turns(followed, special) and None in special.index:
+        pitchfork = special.kind == "branch point" and _is_pitchfork(special, settings.model)
+        if pitchfork and _turns(followed, special, settings.model) and None in special.index:
             here = special.index[0] if special.index[1] is None else special.index[1]
-            special = replace(special, index=(here, here))  # beyond it lies the reversed branch
+            special = replace(special, index=(here, here))  # beyond it lies the image of the branch
         if pitchfork and not special.breaks:
-            special = replace(special, breaks=broken_symmetries(special))
+            special = replace(special, breaks=broken_products(special, settings))
         criticality = _criticality(special, frontier) if pitchfork else None
-        events.append(Event("pitchfork" if pitchfork else special.kind, special, None, criticality))
+        events.append(Event.at(settings, "pitchfork" if pitchfork else special.kind, special, None, criticality))
     return tuple(events)
 
 
-def _is_pitchfork(special: SpecialPoint) -> bool:
-    """Whether a branch through a branch point loses the reversal symmetry, or leaves with the shear unchanged."""
+def _is_pitchfork(special: SpecialPoint, model: Model) -> bool:
+    """Whether a branch through a branch point loses a pairing symmetry, or leaves with what varies unchanged."""
     form = special.normal_form
-    return "reversal" in special.breaks or (form is not None and form.kind == "pitchfork")
+    lost = any(name in special.breaks for name in pairing(model))
+    return lost or (form is not None and form.kind == "pitchfork")
 
 
-def _turns(followed: Followed, special: SpecialPoint) -> bool:
-    """Whether a branch is the side branch at a pitchfork: the shear turns, or its broken symmetry is restored."""
-    return turns_at(special) or (not followed.symmetric and is_symmetric(special.solution))
+def _turns(followed: Followed, special: SpecialPoint, model: Model) -> bool:
+    """Whether a branch is the side branch at a pitchfork: what varies turns, or its broken symmetry is restored."""
+    return turns_at(special) or own_symmetries(model, special.solution) > followed.symmetries
 
 
 def _criticality(special: SpecialPoint, frontier: Frontier) -> str | None:
@@ -109,11 +106,12 @@ def _criticality(special: SpecialPoint, frontier: Frontier) -> str | None:
     """
     passing: set[int] = set()
     turning: set[int] = set()
+    model = frontier.settings.model
     for f in frontier.branches:
         for number, other in enumerate(f.branch.special):
-            if other.kind != "branch point" or not same_state(other.solution, special.solution):
+            if other.kind != "branch point" or not same_state(model, other.solution, special.solution):
                 continue
-            turns = _turns(f, other)
+            turns = _turns(f, other, model)
             (turning if turns else passing).update(i for i in other.index if i is not None)
             first = [g.branch.points[1].index for g in frontier.branches if g.origin == (f.id, number)]
             starting = [i for i in first if i is not None]
@@ -132,70 +130,51 @@ def _origin(followed: Followed, branches: list[SliceBranch]) -> SpecialPoint | N
     return parent.followed.branch.special[number]
 
 
-def _find_event(branches: list[SliceBranch], special: SpecialPoint) -> Event | None:
+def _find_event(branches: list[SliceBranch], special: SpecialPoint, model: Model) -> Event | None:
     """The event of a special point; the one on the main branch is preferred, since it knows the criticality."""
     same = [
         e for b in branches for e in b.events
-        if (e.special.kind == "fold") == (special.kind == "fold") and same_state(e.special.solution, special.solution)
+        if (e.special.kind == "fold") == (special.kind == "fold")
+        and same_state(model, e.special.solution, special.solution)
     ]  # fmt: skip
     return max(same, key=lambda e: (e.criticality is not None, e.number is not None), default=None)
 
 
-def _numbered(branches: list[SliceBranch], named: list[tuple[Segment, list[Part]]]) -> list[SliceBranch]:
-    """Give the paper's numbers: first to the ends of named states, then to their neighbors."""
-    given = _numbers_of_ends(branches, named)
+def _numbered(
+    branches: list[SliceBranch], named: list[tuple[Segment, list[Part]]], names: Nomenclature, model: Model
+) -> list[SliceBranch]:
+    """Give the numbers of a nomenclature."""
+
+    def event_at(special: SpecialPoint) -> Event | None:
+        return _find_event(branches, special, model)
+
     out = []
-    for b in branches:
-        special = b.followed.bifurcations
-        known = {
-            i: number for i, x in enumerate(special) for other, number in given
-            if x.kind == other.kind and same_state(x.solution, other.solution)
-        }  # fmt: skip
-        closed = b.followed.branch.closed
-        numbers = number_neighbors(special, known, closed)
-        if not numbers and b.followed.symmetric and _has_positive_height(b.followed):
-            numbers = number_without_states(special, closed)
+    for b, numbers in zip(branches, names.numbers([b.followed for b in branches], named, event_at), strict=True):
         out.append(replace(b, events=tuple(replace(e, number=numbers.get(i)) for i, e in enumerate(b.events))))
     return out
 
 
-def _has_positive_height(followed: Followed) -> bool:
-    """Whether a branch lies above the clamp plane; at psi0 = 0 the other half of the slice is its mirror image."""
-    return all(p.solution["height"] > 0 for p in followed.branch.points)
-
-
-def _numbers_of_ends(
-    branches: list[SliceBranch], named: list[tuple[Segment, list[Part]]]
-) -> list[tuple[SpecialPoint, int]]:
-    """The numbers of bifurcations at which named states end."""
-    given = []
-    for segment, parts in named:
-        for side, bound, name in (("low", segment.low, parts[0].name), ("high", segment.high, parts[-1].name)):
-            event = _find_event(branches, bound.special) if bound.special is not None else None
-            number = ENDS.get((name, side, event.kind)) if event is not None else None
-            if bound.special is not None and number is not None:
-                given.append((bound.special, number))
-    return given
-
-
-def _states(segment: Segment, parts: list[Part], branches: list[SliceBranch], settings: SliceSettings) -> list[State]:
+def _states(
+    segment: Segment, parts: list[Part], branches: list[SliceBranch], names: Nomenclature, settings: SliceSettings
+) -> list[State]:
     """The named states of a stable segment, with their ends."""
-    solutions = cut_segment(segment.solutions, parts, settings)
+    solutions = names.cut(segment.solutions, parts, settings.tolerance)
     path = "-".join(part.name for part in parts)
     states = []
     for k, (part, inside) in enumerate(zip(parts, solutions, strict=True)):
-        low = _end(segment.low, branches) if k == 0 else StateEnd("smooth", inside[0])
-        high = _end(segment.high, branches) if k == len(parts) - 1 else StateEnd("smooth", inside[-1])
+        low = _end(segment.low, branches, settings) if k == 0 else StateEnd.at(settings, "smooth", inside[0])
+        last = k == len(parts) - 1
+        high = _end(segment.high, branches, settings) if last else StateEnd.at(settings, "smooth", inside[-1])
         states.append(State(part.name, segment.followed.id, segment.followed.pair, path, tuple(inside), low, high))
     return states
 
 
-def _end(bound: Bound, branches: list[SliceBranch]) -> StateEnd:
+def _end(bound: Bound, branches: list[SliceBranch], settings: SliceSettings) -> StateEnd:
     """A bound as the user reads it: a state snaps at a fold and at a pitchfork that is not supercritical."""
     if bound.special is None:
-        return StateEnd(bound.kind, bound.solution)
-    event = _find_event(branches, bound.special)
+        return StateEnd.at(settings, bound.kind, bound.solution)
+    event = _find_event(branches, bound.special, settings.model)
     if event is None:
-        return StateEnd(bound.kind, bound.solution, snap=True)
+        return StateEnd.at(settings, bound.kind, bound.solution, snap=True)
     snap = event.kind != "pitchfork" or event.criticality != "super"
-    return StateEnd(event.kind, bound.solution, event.number, snap)
+    return StateEnd.at(settings, event.kind, bound.solution, event.number, snap)

@@ -1,4 +1,4 @@
-"""Solutions at one setting compared with each other and with branches; solutions exactly at a given shear."""
+"""Solutions of one slice compared with branches; solutions exactly at a value of what varies."""
 
 from __future__ import annotations
 
@@ -6,73 +6,51 @@ from collections.abc import Sequence
 from itertools import pairwise
 
 from rodatlas.atlas.slices.settings import SliceSettings
-from rodatlas.continuation import Branch, MeshControl, NotConverged, Point, Solution, TraceOptions, solve
-from rodatlas.rods.perfectly_anisotropic import rod_problem
-from rodatlas.states.labels import slope
+from rodatlas.continuation import Branch, Point, Solution
+from rodatlas.model import Model, places
+from rodatlas.model.orbit import same_state
 
-FREE = ("dD",)
-"""The free parameter of every branch of a slice."""
-SLOPE = 0.05  # of energy with shear [GJ/L^2], relative; a bifurcation that two branches locate has it to about 0.01
-
-
-def same_state(one: Solution, two: Solution, tolerance: float = 1e-5) -> bool:
-    """Whether two solutions at one setting are equal up to reversal: same shear, height, energy and its slope.
-
-    The slope dE/d(dD) tells a state without shear from its image in the shear mirror, which has all else in common.
-    """
-    return (
-        abs(one["dD"] - two["dD"]) < tolerance
-        and abs(one["height"] - two["height"]) < tolerance
-        and abs(one["energy"] - two["energy"]) < tolerance * max(1.0, abs(one["energy"]))
-        and abs(slope(one) - slope(two)) < SLOPE * max(1.0, abs(slope(one)))
-    )
+FILTERED = 0.01  # of invariants that are not relative: a solution lies that near to the segment between two points
+FILTERED_RELATIVE = 1.0
 
 
-def state_at_shear(near: Solution, shear: float, settings: SliceSettings) -> Solution | None:
-    """Newton from a neighboring solution to an exact shear; None when it does not converge."""
-    options = TraceOptions(mesh=MeshControl(tolerance=settings.tolerance))
-    try:
-        return solve(rod_problem(), near.with_parameters(dD=shear), FREE, options)
-    except NotConverged:
-        return None
+def state_at(near: Solution, value: float, settings: SliceSettings) -> Solution | None:
+    """Newton from a neighboring solution to an exact value of what varies; None when it does not converge."""
+    model = settings.model
+    return places.solved_at(model.problem, near, settings.parameter, settings.raw(value), settings.tolerance, model.free)
 
 
-def crossings(branch: Branch, shears: Sequence[float], settings: SliceSettings, most: int = 1) -> list[Solution]:
-    """Solutions of a branch exactly at given shears, where its index is at most `most` on one side at least."""
-    found = []
-    for one, two in pairwise(branch.points):
-        for shear in shears:
-            a, b = one.solution["dD"] - shear, two.solution["dD"] - shear
-            low = min((p.index for p in (one, two) if p.index is not None), default=0)
-            if a * b < 0 and low <= most:
-                state = state_at_shear(_nearer(one, two, shear), shear, settings)
-                if state is not None:
-                    found.append(state)
-    return found
+def crossings(branch: Branch, values: Sequence[float], settings: SliceSettings, most: int = 1) -> list[Solution]:
+    """Solutions of a branch exactly at some values, where its index is at most `most` on one side at least."""
+    model = settings.model
+    raw = [settings.raw(value) for value in values]
+    return places.crossings(
+        model.problem, branch, settings.parameter, raw, settings.tolerance, model.free, most
+    )  # fmt: skip
 
 
 def lies_on(branch: Branch, solution: Solution, settings: SliceSettings) -> bool:
-    """Whether a solution (or its reversal, which has the same height and energy) is on a branch."""
-    shear = solution["dD"]
+    """Whether a solution, or another member of its state, is on a branch."""
+    model, name = settings.model, settings.parameter
+    raw = solution[name]
     for one, two in pairwise(branch.points):
-        if (one.solution["dD"] - shear) * (two.solution["dD"] - shear) > 0 or not _between(one, two, solution):
+        if (one.solution[name] - raw) * (two.solution[name] - raw) > 0 or not _between(model, one, two, solution):
             continue
-        near = _nearer(one, two, shear)
-        state = near if near["dD"] == shear else state_at_shear(near, shear, settings)
-        if state is not None and same_state(state, solution):
+        near = places.nearer(one, two, name, raw)
+        exact = near[name] == raw
+        state = near if exact else places.solved_at(model.problem, near, name, raw, settings.tolerance, model.free)
+        if state is not None and same_state(model, state, solution):
             return True
     return False
 
 
-def _nearer(one: Point, two: Point, shear: float) -> Solution:
-    """The solution of two points whose shear is nearer to the given one."""
-    return min((two.solution, one.solution), key=lambda s: abs(s["dD"] - shear))
-
-
-def _between(one: Point, two: Point, solution: Solution) -> bool:
-    """Cheap filter: height and energy lie near the segment between two points."""
-    for name, slack in (("height", 0.01), ("energy", 1.0)):
-        low, high = sorted((one.solution[name], two.solution[name]))
-        if not low - slack <= solution[name] <= high + slack:
+def _between(model: Model, one: Point, two: Point, solution: Solution) -> bool:
+    """Cheap filter: the invariants lie near the segment between two points."""
+    for invariant in model.invariants:
+        if invariant.slack != 1.0:
+            continue  # known too loosely to be of use
+        slack = FILTERED_RELATIVE if invariant.relative else FILTERED
+        low, high = sorted((one.solution[invariant.name], two.solution[invariant.name]))
+        if not low - slack <= solution[invariant.name] <= high + slack:
             return False
     return True

@@ -7,59 +7,36 @@ from pathlib import Path
 
 from rodatlas.atlas.slices.cache import FolderCache
 from rodatlas.atlas.slices.compute import compute_slice
-from rodatlas.atlas.slices.follow import Reference, planar_branches
+from rodatlas.atlas.slices.follow import Reference, carried_from
 from rodatlas.atlas.slices.result import Slice
-from rodatlas.atlas.slices.settings import SliceSettings, default_shear_max, default_shear_min
+from rodatlas.atlas.slices.settings import SliceSettings
 from rodatlas.atlas.slices.store import SCHEMA, read_slice
 from rodatlas.atlas.stored import made_folder, peek, stored
 from rodatlas.atlas.unfinished import Say, silent
 from rodatlas.continuation import Branch
 from rodatlas.continuation.checks import check_type
 from rodatlas.continuation.store.hdf5 import checked_hdf5
-from rodatlas.files import claimed, exact
+from rodatlas.files import claimed
 from rodatlas.progress import Progress, tells
-
-SAME_BAND = ("angle_deg", "compression", "poisson")
-
-
-def stem_of(settings: SliceSettings) -> str:
-    """Name of the files of a slice, other for all other settings: the angle, and what differs from the defaults.
-
-    'slice-15', 'slice-15-dL0.4-nu0.3', 'slice-15-dD-0.1to0.86-search0'.
-    """
-    s, usual = settings, SliceSettings
-    parts = [f"slice-{exact(s.angle_deg)}"]
-    if s.compression != usual.compression:
-        parts.append(f"dL{exact(s.compression)}")
-    if s.poisson != usual.poisson:
-        parts.append(f"nu{exact(s.poisson)}")
-    if (s.shear_min, s.shear_max) != (default_shear_min(s.compression), default_shear_max(s.compression)):
-        parts.append(f"dD{exact(s.shear_min)}to{exact(s.shear_max)}")
-    if s.tolerance != usual.tolerance:
-        parts.append(f"tol{exact(s.tolerance)}")
-    if s.search != usual.search:
-        parts.append(f"search{s.search}")
-    return "-".join(parts)
-
 
 def stored_slice(folder: Path, settings: SliceSettings) -> Slice | None:
     """The slice of some settings that a folder holds; None when it has none that can be used."""
-    return peek(folder / f"{stem_of(settings)}.h5", SCHEMA, settings, read_slice)
+    return peek(folder / f"{settings.stem}.h5", SCHEMA, settings, read_slice)
 
 
 def related_slices(folder: Path, settings: SliceSettings) -> list[Slice]:
-    """Slices of the same band and clamps in a folder, whatever their shears; those of another version left out."""
-    stem = stem_of(SliceSettings(settings.angle_deg, settings.compression, settings.poisson))
+    """Slices at the same setting in a folder, whatever their ranges; those of another version left out."""
+    start = "-".join(["slice", *settings.model.stem_parts(settings.setting)])
     found = []
-    for path in sorted(folder.glob(f"{stem}*.h5")):
+    for path in sorted(folder.glob(f"{start}*.h5")):
         try:
             with checked_hdf5(path, SCHEMA) as file:
                 one = read_slice(file)
                 current = json.loads(file.attrs["identity"]) == one.settings.identity()
         except (OSError, ValueError, KeyError):
             continue
-        alike = (getattr(one.settings, name) == getattr(settings, name) for name in SAME_BAND)
-        found += [one] if current and all(alike) else []
+        same = (one.settings.model, one.settings.setting, one.settings.along)
+        found += [one] if current and same == (settings.model, settings.setting, settings.along) else []
     return found
 
 
@@ -71,7 +48,7 @@ def obtain_slice(
     """The slice from its data file in a folder, or computed and written there.
 
     Branches that an interrupted run has finished are used; they lie in a folder beside the file until it is complete.
-    The slice at 15 degrees, from which others carry states, is used if the folder has it. A file that is damaged or of
+    The slice from which others carry states is used if the folder has it. A file that is damaged or of
     another version is kept under another name. While another process computes the same slice there, it is waited for.
 
     Parameters
@@ -80,11 +57,11 @@ def obtain_slice(
         for none.
     fresh : compute everything again.
     say : told what is read, resumed, kept or set aside.
-    stem : name of the files without suffix, :func:`stem_of` when left out.
+    stem : name of the files without suffix, that of the settings when left out.
     """
-    check_type("settings", settings, SliceSettings, "SliceSettings such as SliceSettings(15.0)")
+    check_type("settings", settings, SliceSettings, "SliceSettings, see SliceSettings.of")
     folder = made_folder(folder)
-    data = folder / f"{stem or stem_of(settings)}.h5"
+    data = folder / f"{stem or settings.stem}.h5"
     with claimed(data, say):
         known = stored(data, SCHEMA, settings, read_slice, say, fresh)
         if known is not None:
@@ -108,6 +85,6 @@ def _stored_reference(folder: Path) -> Reference:
 
     def branches(settings: SliceSettings) -> list[tuple[str, Branch]] | None:
         known = stored_slice(folder, settings)
-        return None if known is None else planar_branches(b.followed for b in known.branches)
+        return None if known is None else carried_from(settings.model, (b.followed for b in known.branches))
 
     return branches

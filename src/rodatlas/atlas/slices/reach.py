@@ -16,9 +16,6 @@ from rodatlas.atlas.slices.settings import SliceSettings
 from rodatlas.continuation import Solution
 from rodatlas.continuation.checks import check_type
 from rodatlas.progress import Progress, silent, tells
-from rodatlas.rods.band import near_limit
-from rodatlas.rods.ends import Ends
-from rodatlas.states.discover import find_states
 from rodatlas.states.labels import Wanted, parse_label
 from rodatlas.states.result import Discovery
 
@@ -34,15 +31,15 @@ class Reached(NamedTuple):
 
 @tells("state")
 def reach(
-    settings: SliceSettings, name: str, shear: float, cache: BranchCache | None = None,
+    settings: SliceSettings, name: str, value: float, cache: BranchCache | None = None,
     progress: Progress | None = None, folder: Path | None = None,
 ) -> Reached:  # fmt: skip
-    """The stable state of a name at a shear.
+    """The stable state of a name at a value of what varies along a slice.
 
     From the slice that a folder holds, if any; otherwise from a search at the setting, which takes a second or two and
     names what it finds as the slice does (:func:`rodatlas.states.single.names_of`). Where that search has no state of
-    the name, a longer one decides that there is none. Near the limiting shear, or where no band converges, a search
-    tells nothing: there the whole slice is computed.
+    the name, a longer one decides that there is none. Near limits of what varies, where nothing converges, and for
+    models whose search knows no names, the whole slice is computed.
 
     Parameters
     ----------
@@ -55,109 +52,110 @@ def reach(
         when no stable state of that name exists there, or several and no number tells which is meant; the message says
         which ones do.
     """
-    check_type("settings", settings, SliceSettings, "SliceSettings such as SliceSettings(15.0)")
+    check_type("settings", settings, SliceSettings, "SliceSettings, see SliceSettings.of")
     check_type("name", name, str, "the name of a state such as US+")
-    wanted = parse_label(name)
+    wanted = parse_label(name, _names(settings, folder))
     say = progress or silent
     stored = stored_slice(folder, settings) if folder else None
-    if stored is not None and (solution := _of_slice(stored, wanted, shear)) is not None:
-        return Reached(member(solution, wanted.sign), "stored slice")
-    if near_limit(shear, settings.compression):
-        say("slice, since searches miss states so near the limiting shear", 0, 1)
-        return Reached(member(_of_computed(settings, name, shear, cache, progress), wanted.sign), "slice")
+    if stored is not None and (solution := _of_slice(stored, wanted, value)) is not None:
+        return Reached(member(settings.model, solution, wanted.sign), "stored slice")
+    known, care = settings.model.search, settings.control.care
+    if known is None or not known.names or not settings.named:
+        return _computed(settings, wanted, value, cache, progress)
+    if care is not None and care(value, settings.setting):
+        say(f"slice, since searches miss states at {settings.along} {value:g}", 0, 1)
+        return _computed(settings, wanted, value, cache, progress)
     first = STARTS if wanted.number is None else None  # a number counts all states of the name
     say(f"search with {first} starts" if first else "search until it looks complete", 0, 1)
-    found = _searched(settings, shear, first, progress)
+    at = settings.whole_setting(value)
+    found = known.discover(at, first, settings.tolerance, progress)
     state = found.named(wanted.label)
     if state is None and not found.failed and first:
         say(f"longer search, since {STARTS} starts met no {wanted.member}", 0, 1)
-        found = _searched(settings, shear, None, progress)
+        found = known.discover(at, None, settings.tolerance, progress)
         state = found.named(wanted.label)
     if state is not None:
         return Reached(state.solution, "search")
     if not found.failed:
-        known = [stored] if stored else related_slices(folder, settings) if folder else []
-        raise ValueError(_missing(settings, wanted, shear, found, known))
+        there = [stored] if stored else related_slices(folder, settings) if folder else []
+        raise ValueError(_missing(settings, wanted, value, found, there))
     say("slice, since no start of the search converged", 0, 1)
-    return Reached(member(_of_computed(settings, name, shear, cache, progress), wanted.sign), "slice")
+    return _computed(settings, wanted, value, cache, progress)
 
 
-def _searched(settings: SliceSettings, shear: float, starts: int | None, progress: Progress | None) -> Discovery:
-    """The stable states that a search at one setting finds."""
-    ends = Ends(settings.angle_deg, settings.compression, shear)
-    return find_states(
-        ends, settings.poisson, "+", starts, stable_only=True, tolerance=settings.tolerance, progress=progress
-    )
+def _names(settings: SliceSettings, folder: Path | None) -> tuple[str, ...]:
+    """Names that a state can have: of the nomenclature, or of the slice that a folder holds; else any letter."""
+    known = settings.model.nomenclature
+    if known is not None and settings.named:
+        return known.names
+    found = stored_slice(folder, settings) if folder else None
+    return found.known_names if found is not None else ()
 
 
 def _missing(
-    settings: SliceSettings, wanted: Wanted, shear: float, found: Discovery, known: list[Slice]
+    settings: SliceSettings, wanted: Wanted, value: float, found: Discovery, known: list[Slice]
 ) -> str:  # fmt: skip
     """That a search has no state of a name: what it has, how complete it looks, and where to look on.
 
     Parameters
     ----------
-    known : slices of the band that are there, of any shears.
+    known : slices at the setting that are there, of any range.
     """
     there = ", ".join(label or "one without a name" for label in dict.fromkeys(found.labels))
     least = min((s.count for s in found.states), default=0)
     sure = f"{found.converged} of {found.starts} starts converged, and each of these was met {least} times or more"
     told = [(s, ranges) for s in known if (ranges := _ranges(s, wanted.name))]
     if told:
-        one, ranges = max(told, key=lambda t: t[0].settings.shear_max - t[0].settings.shear_min)
-        hint = f"{wanted.name} is stable for shear {ranges}"
+        one, ranges = max(told, key=lambda t: t[0].settings.high - t[0].settings.low)
+        hint = f"{wanted.name} is stable for {settings.along} {ranges}"
         if one.settings != settings:
-            hint += f" in the slice from {one.settings.shear_min:g} to {one.settings.shear_max:g}"
+            hint += f" in the slice from {one.settings.low:g} to {one.settings.high:g}"
     else:
-        hint = f"'rodatlas slice --angle {settings.angle_deg:g}{_options(settings)}' tells where it is"
+        hint = f"'rodatlas slice{_options(settings)}' tells where it is"
     return (
-        f"state: expected one that is stable at angle {settings.angle_deg:g} and shear {shear:g} ({there}; {sure}), "
+        f"state: expected one that is stable at {settings.place_text} and {settings.along} {value:g} ({there}; {sure}), "
         f"got '{wanted.label}'; {hint}"
     )
 
 
 def _options(settings: SliceSettings) -> str:
     """The options of a setting that are not those by default."""
-    compression = f" --compression {settings.compression:g}" if settings.compression != 0.5 else ""
-    return compression + (f" --poisson {settings.poisson:g}" if settings.poisson != 0.25 else "")
+    model = settings.model
+    held = ((name, value, model.control(name)) for name, value in reversed(settings.setting.items()))
+    told = (f" --{name} {value:g}" for name, value, control in held if value != control.default or control.short == "")
+    return "".join(told)
 
 
 def _ranges(found: Slice, name: str) -> str:
     """Where a state is stable in a slice; '' when nowhere."""
-    return "; ".join(f"{s.shear[0]:.4f} to {s.shear[1]:.4f}" for s in found.states if s.name == name)
+    return "; ".join(f"{s.span[0]:.4f} to {s.span[1]:.4f}" for s in found.states if s.name == name)
 
 
-def _of_computed(
-    settings: SliceSettings, name: str, shear: float, cache: BranchCache | None, progress: Progress | None
-) -> Solution:
+def _computed(
+    settings: SliceSettings, wanted: Wanted, value: float, cache: BranchCache | None, progress: Progress | None
+) -> Reached:
     """The state of a slice that is computed for it."""
-    wanted = parse_label(name)
-    covering = _covering(settings, shear)
+    covering = replace(settings, low=min(settings.low, value), high=max(settings.high, value))
     cache = MemoryCache() if cache is None else cache
     found = compute_slice(covering, cache, progress, carry=False)
-    if not found.states_at(shear, wanted.name):
+    if not found.states_at(value, wanted.name):
         found = compute_slice(covering, cache, progress)
-    if not found.states_at(shear, wanted.name):
-        there = ", ".join(dict.fromkeys(s.name for s in found.states_at(shear)))
+    if not found.states_at(value, wanted.name):
+        there = ", ".join(dict.fromkeys(s.name for s in found.states_at(value)))
         ranges = _ranges(found, wanted.name)
         raise ValueError(
-            f"state: expected one that is stable at angle {settings.angle_deg:g} and shear {shear:g} ({there}), "
-            f"got '{name}'" + (f"; {wanted.name} is stable for shear {ranges}" if ranges else "")
+            f"state: expected one that is stable at {settings.place_text} and {settings.along} {value:g} ({there}), "
+            f"got '{wanted.label}'" + (f"; {wanted.name} is stable for {settings.along} {ranges}" if ranges else "")
         )
-    solution = _of_slice(found, wanted, shear)
+    solution = _of_slice(found, wanted, value)
     if solution is None:
-        raise ValueError(f"shear: expected a value at which the state can be solved for, got {shear:g}")
-    return solution
+        raise ValueError(f"{settings.along}: expected a value at which the state can be solved for, got {value:g}")
+    return Reached(member(settings.model, solution, wanted.sign), "slice")
 
 
-def _of_slice(found: Slice, wanted: Wanted, shear: float) -> Solution | None:
-    """The state of a slice that a label means, exactly at a shear; None where it has none or it is not solved for."""
-    state = numbered_state(found, wanted, shear)
+def _of_slice(found: Slice, wanted: Wanted, value: float) -> Solution | None:
+    """The state of a slice that a label means, exactly at a value; None where it has none or it is not solved for."""
+    if wanted.name not in found.known_names:
+        return None
+    state = numbered_state(found, wanted, value)
     return state.solution if state is not None and state.exact else None
-
-
-def _covering(settings: SliceSettings, shear: float) -> SliceSettings:
-    """Settings whose shear range holds a shear with some room."""
-    if shear < settings.shear_min:
-        return replace(settings, shear_min=shear)
-    return replace(settings, shear_max=max(settings.shear_max, shear))

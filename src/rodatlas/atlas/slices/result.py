@@ -10,9 +10,7 @@ from typing import TYPE_CHECKING, Any
 from rodatlas.atlas.slices.follow import Followed
 from rodatlas.atlas.slices.settings import SliceSettings
 from rodatlas.continuation import Solution, SpecialPoint
-from rodatlas.continuation.checks import check_type
-from rodatlas.rods.band import check_number
-from rodatlas.states.names import NAMES, OTHER
+from rodatlas.continuation.checks import check_number, check_type
 
 if TYPE_CHECKING:
     from rodatlas.continuation.table import Table
@@ -28,27 +26,31 @@ class Event:
     ----------
     kind : 'fold', 'pitchfork' or 'branch point'.
     special : the located point, with its record.
-    number : the paper's number or None.
+    value, response : of what varies along the slice, and of the quantity that it is seen by, in the user's units.
+    number : that a nomenclature gives, or None.
     criticality : 'super', 'sub' or None, of pitchforks whose side branch was followed.
     """
 
     kind: str
     special: SpecialPoint
+    value: float
+    response: float
     number: int | None = None
     criticality: str | None = None
 
-    @property
-    def shear(self) -> float:
-        return self.special.solution["dD"]
-
-    @property
-    def height(self) -> float:
-        return self.special.solution["height"]
+    @classmethod
+    def at(
+        cls, settings: SliceSettings, kind: str, special: SpecialPoint, number: int | None = None,
+        criticality: str | None = None,
+    ) -> Event:  # fmt: skip
+        """With value and response as a slice sees them."""
+        solution = special.solution
+        return cls(kind, special, settings.value(solution), settings.response(solution), number, criticality)
 
     def __repr__(self) -> str:
         name = self.kind if self.number is None else f"{self.kind} {self.number}"
         before, after = self.special.index
-        return f"Event({name}: shear {self.shear:.6g}, height {self.height:.6g}, index {before} to {after})"
+        return f"Event({name}: at {self.value:.6g}, {self.response:.6g}, index {before} to {after})"
 
 
 @dataclass(frozen=True)
@@ -57,25 +59,27 @@ class StateEnd:
 
     Attributes
     ----------
-    kind : 'fold', 'pitchfork', 'branch point', 'range' (the shear range ends first) or 'smooth' (the state becomes
-        the next named one without a bifurcation).
+    kind : 'fold', 'pitchfork', 'branch point', 'range' (the range that was looked at ends first) or 'smooth' (the state
+        becomes the next named one without a bifurcation).
     solution : the state at this end.
-    number : the paper's number of the bifurcation or None.
-    snap : whether the band leaves the state at once when the shear goes on.
+    value, response : of what varies along the slice, and of the quantity that it is seen by.
+    number : that a nomenclature gives to the bifurcation, or None.
+    snap : whether the state is left at once when the control goes on.
     """
 
     kind: str
     solution: Solution
+    value: float
+    response: float
     number: int | None = None
     snap: bool = False
 
-    @property
-    def shear(self) -> float:
-        return self.solution["dD"]
-
-    @property
-    def height(self) -> float:
-        return self.solution["height"]
+    @classmethod
+    def at(
+        cls, settings: SliceSettings, kind: str, solution: Solution, number: int | None = None, snap: bool = False
+    ) -> StateEnd:
+        """With value and response as a slice sees them."""
+        return cls(kind, solution, settings.value(solution), settings.response(solution), number, snap)
 
     @property
     def text(self) -> str:
@@ -86,22 +90,22 @@ class StateEnd:
         return f"{self.kind}{number}, {'snaps' if self.snap else 'no snap'}"
 
     def __repr__(self) -> str:
-        return f"StateEnd({self.text}: shear {self.shear:.6g}, height {self.height:.6g})"
+        return f"StateEnd({self.text}: at {self.value:.6g}, {self.response:.6g})"
 
 
 @dataclass(frozen=True)
 class State:
-    """A named stable state over a range of shear.
+    """A named stable state over a range of what varies.
 
     Attributes
     ----------
-    name : one of :data:`rodatlas.states.NAMES`, or 'other'; of a +/- pair, both members ('US+-').
+    name : of the nomenclature of the model, or one made of what is seen; of a +/- pair, both members ('US+-').
     branch : id of the branch it lies on.
-    pair : whether its reversal is another state.
+    pair : whether an image of it under the symmetries of the setting is another state.
     path : names of all parts of the stable segment that it belongs to, 'U-w' say.
-    solutions : in order of increasing shear, both ends included.
+    solutions : in order of increasing value, both ends included.
     low, high : the ends.
-    contact : ranges of shear in which a band of width :data:`rodatlas.rods.band.NARROW` touches itself, in order.
+    contact : ranges in which a band of the width of the model touches itself, in order.
     """
 
     name: str
@@ -114,13 +118,13 @@ class State:
     contact: tuple[tuple[float, float], ...] = ()
 
     @property
-    def shear(self) -> tuple[float, float]:
-        """Least and largest shear."""
-        return self.low.shear, self.high.shear
+    def span(self) -> tuple[float, float]:
+        """Least and largest value of what varies."""
+        return self.low.value, self.high.value
 
     def __repr__(self) -> str:
         return (
-            f"State({self.name}: shear {self.low.shear:.6g} ({self.low.text}) to {self.high.shear:.6g} "
+            f"State({self.name}: {self.low.value:.6g} ({self.low.text}) to {self.high.value:.6g} "
             f"({self.high.text}), on branch {self.branch})"
         )
 
@@ -131,8 +135,8 @@ class SliceBranch:
 
     Attributes
     ----------
-    mirror : at psi0 = 0, the id of the branch that the angle mirror makes of this one (or of its reversal); its own
-        where it maps to itself. None at other angles.
+    mirror : where a further symmetry leaves the setting alone, as the angle mirror at psi0 = 0: the id of the branch
+        that it makes of this one (or of another member of it); its own where it maps to itself. Otherwise None.
     """
 
     followed: Followed
@@ -170,26 +174,33 @@ class Slice:
         names = ", ".join(dict.fromkeys(s.name for s in self.states))
         s = self.settings
         return (
-            f"Slice(angle {s.angle_deg:g} deg, dL {s.compression:g}, dD {s.shear_min:g} to {s.shear_max:g}: "
+            f"Slice({s.place_text}; {s.along} {s.low:g} to {s.high:g}: "
             f"{len(self.branches)} branches; stable: {names})"
         )
 
-    def states_at(self, shear: float, name: str = "") -> tuple[State, ...]:
-        """All stable states at a shear, or all of one name, which may be several; in the order of `states`.
+    @property
+    def known_names(self) -> tuple[str, ...]:
+        """Names that a state of this slice can have, in the order of lists."""
+        known = self.settings.model.nomenclature
+        own = tuple(dict.fromkeys(s.name for s in self.states))
+        return (*known.names, known.other) if known is not None and self.settings.named else own
+
+    def states_at(self, value: float, name: str = "") -> tuple[State, ...]:
+        """All stable states at a value of what varies, or all of one name, which may be several; in order of `states`.
 
         Raises
         ------
         ValueError
-            for a name that no state can have, and a shear that is no number.
+            for a name that no state can have, and a value that is no number.
         """
-        check_number("shear", shear, -math.inf, math.inf, "a number")
-        if name and name not in (*NAMES, OTHER):
-            raise ValueError(f"name: expected one of {', '.join((*NAMES, OTHER))}, got '{name}'")
-        there = (s for s in self.states if s.shear[0] <= shear <= s.shear[1])
+        check_number(self.settings.along, value, -math.inf, math.inf, "a number")
+        if name and name not in self.known_names:
+            raise ValueError(f"name: expected one of {', '.join(self.known_names)}, got '{name}'")
+        there = (s for s in self.states if s.span[0] <= value <= s.span[1])
         return tuple(s for s in there if not name or s.name == name)
 
-    def state(self, name: str, shear: float) -> State | None:
-        """The stable state of a name at a shear; None where there is none.
+    def state(self, name: str, value: float) -> State | None:
+        """The stable state of a name at a value of what varies; None where there is none.
 
         Parameters
         ----------
@@ -203,18 +214,18 @@ class Slice:
         from rodatlas.atlas.slices.coexisting import numbered_state, wanted_in_slice
 
         check_type("name", name, str, "the name of a state such as US+-")
-        wanted = wanted_in_slice(name)
-        there = self.states_at(shear, wanted.name)
+        wanted = wanted_in_slice(name, self)
+        there = self.states_at(value, wanted.name)
         if len(there) == 1 and wanted.number is None:
             return there[0]
-        found = numbered_state(self, wanted, shear)
+        found = numbered_state(self, wanted, value)
         return None if found is None else found.state
 
     @property
     def remarks(self) -> tuple[str, ...]:
-        """What a reader of the slice should know: the warnings, and whether it reaches near the limiting shear."""
-        near = self.settings.near_limit
-        return (*self.warnings, near) if near else self.warnings
+        """What a reader of the slice should know: the warnings, and what is to be said of its range."""
+        care = self.settings.care
+        return (*self.warnings, care) if care else self.warnings
 
     def save(self, path: str | os.PathLike[str]) -> None:
         """Write to an HDF5 file. It replaces any file of that name, once it is complete."""
@@ -235,13 +246,14 @@ class Slice:
 
         if of not in ("states", "events"):
             raise ValueError(f"of: expected 'states' or 'events', got '{of}'")
+        settings = self.settings
         if of == "events":
-            return Table([{"branch": b.id, **_event_json(e)} for b in self.branches for e in b.events])
+            return Table([{"branch": b.id, **_event_json(e, settings)} for b in self.branches for e in b.events])
         rows = []
         for s in self.states:
             row: dict[str, Any] = {"name": s.name, "pair": s.pair, "branch": s.branch, "path": s.path}
             for side, end in (("low", s.low), ("high", s.high)):
-                row |= {f"{key}_{side}": value for key, value in _end_json(end).items()}
+                row |= {f"{key}_{side}": value for key, value in _end_json(end, settings).items()}
             rows.append(row | {"contact": s.contact})
         return Table(rows)
 
@@ -250,55 +262,64 @@ class Slice:
         s = self.settings
         return {
             "schema": SCHEMA,
-            "angle_deg": s.angle_deg,
-            "compression": s.compression,
-            "poisson": s.poisson,
-            "shear_range": [s.shear_min, s.shear_max],
+            "model": s.model.name,
+            "setting": s.model.setting_json(s.setting),
+            "along": s.along,
+            "against": s.against,
+            **s.model.setting_json(s.setting),
+            f"{s.control.key}_range": [s.low, s.high],
             "tolerance": s.tolerance,
             "seconds": round(self.seconds, 3),
             "warnings": list(self.remarks),
-            "states": [_state_json(x) for x in self.states],
-            "branches": [_branch_json(x) for x in self.branches],
+            "states": [_state_json(x, s) for x in self.states],
+            "branches": [_branch_json(x, s) for x in self.branches],
         }
 
 
-def _state_json(state: State) -> dict[str, Any]:
+def _state_json(state: State, settings: SliceSettings) -> dict[str, Any]:
+    """A state with what its ends have, (low, high): quantities, and the loads at s = 0 in space."""
+    low, high = (settings.model.reading_json(end.solution) for end in (state.low, state.high))
     return {
         "name": state.name,
         "pair": state.pair,
         "path": state.path,
         "branch": state.branch,
-        "shear": list(state.shear),
-        "height": [state.low.height, state.high.height],
-        "ends": [_end_json(e) for e in (state.low, state.high)],
+        settings.control.key: list(state.span),
+        **{name: [low[name], high[name]] for name in low},
+        settings.against: [state.low.response, state.high.response],
+        "ends": [_end_json(e, settings) for e in (state.low, state.high)],
         "contact": [list(span) for span in state.contact],
     }
 
 
-def _end_json(end: StateEnd) -> dict[str, Any]:
-    return {"kind": end.kind, "number": end.number, "shear": end.shear, "height": end.height, "snap": end.snap}
+def _end_json(end: StateEnd, settings: SliceSettings) -> dict[str, Any]:
+    return {
+        "kind": end.kind, "number": end.number, settings.control.key: end.value, settings.against: end.response,
+        "snap": end.snap,
+    }  # fmt: skip
 
 
-def _branch_json(b: SliceBranch) -> dict[str, Any]:
+def _branch_json(b: SliceBranch, settings: SliceSettings) -> dict[str, Any]:
     branch = b.followed.branch
     return {
         "id": b.id,
         "points": len(branch),
         "symmetric": b.followed.symmetric,
+        "symmetries": sorted(b.followed.symmetries),
         "pair": b.followed.pair,
         "mirror": b.mirror,
         "closed": branch.closed,
         "end_reasons": [reason.name.lower() for reason in branch.ends],
-        "special": [_event_json(e) for e in b.events],
+        "special": [_event_json(e, settings) for e in b.events],
     }
 
 
-def _event_json(event: Event) -> dict[str, Any]:
+def _event_json(event: Event, settings: SliceSettings) -> dict[str, Any]:
     return {
         "kind": event.kind,
         "number": event.number,
-        "shear": event.shear,
-        "height": event.height,
+        settings.control.key: event.value,
+        settings.against: event.response,
         "index": list(event.special.index),
         "criticality": event.criticality,
         "status": event.special.status.value,

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
 from rodatlas.atlas.slices.follow import Followed
@@ -24,7 +24,7 @@ class Bound:
 
 @dataclass(frozen=True)
 class Segment:
-    """A maximal stretch of a branch on which the index is zero, oriented so that the shear increases on the whole.
+    """A maximal stretch of a branch on which the index is zero, oriented so that what varies increases on the whole.
 
     `points` lie strictly inside; `low` and `high` are its ends.
     """
@@ -40,8 +40,16 @@ class Segment:
         return [self.low.solution, *[p.solution for p in self.points], self.high.solution]
 
 
-def stable_segments(followed: Followed, origin: SpecialPoint | None) -> list[Segment]:
-    """Stable segments of a branch in order; `origin` is the branch point at which a side branch starts."""
+def stable_segments(
+    followed: Followed, origin: SpecialPoint | None, value: Callable[[Solution], float]
+) -> list[Segment]:
+    """Stable segments of a branch in order.
+
+    Parameters
+    ----------
+    origin : the branch point at which a side branch starts.
+    value : of what varies.
+    """
     branch = followed.branch
     runs: list[list[int]] = []
     for i, point in enumerate(branch.points):
@@ -54,7 +62,7 @@ def stable_segments(followed: Followed, origin: SpecialPoint | None) -> list[Seg
     last = len(branch) - 1
     if branch.closed and len(runs) > 1 and runs[0][0] == 0 and runs[-1][-1] == last:
         runs[0] = [*runs.pop(), *runs[0][1:]]
-    return [_segment(followed, run, origin) for run in runs]
+    return [_segment(followed, run, origin, value) for run in runs]
 
 
 def _specials(branch: Branch, one: int, two: int, inside: bool = False) -> list[SpecialPoint]:
@@ -65,13 +73,15 @@ def _specials(branch: Branch, one: int, two: int, inside: bool = False) -> list[
     return [x for x in branch.special if low <= x.arclength <= high and x.kind in ("fold", "branch point")]
 
 
-def _segment(followed: Followed, run: list[int], origin: SpecialPoint | None) -> Segment:
+def _segment(
+    followed: Followed, run: list[int], origin: SpecialPoint | None, value: Callable[[Solution], float]
+) -> Segment:
     points = followed.branch.points
     before = _bound(followed.branch, run[0], -1, origin)
     after = _bound(followed.branch, run[-1], +1, origin)
     ends = (before.arclength, after.arclength)
     inner = [points[i] for i in run if not any(abs(points[i].arclength - end) < 1e-12 for end in ends)]
-    if after.solution["dD"] < before.solution["dD"]:
+    if value(after.solution) < value(before.solution):
         return Segment(followed, tuple(reversed(inner)), after, before)
     return Segment(followed, tuple(inner), before, after)
 

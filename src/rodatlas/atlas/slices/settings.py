@@ -4,122 +4,231 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import asdict, dataclass, fields, replace
+from dataclasses import dataclass, replace
+from typing import Any
 
 from rodatlas import __version__
-from rodatlas.rods.band import bending_ratio, check_number, check_poisson, check_whole, limiting_shear, near_limit
-from rodatlas.rods.ends import Ends
+from rodatlas.continuation import Solution
+from rodatlas.continuation.checks import check_number, check_type, check_whole
+from rodatlas.files import exact
+from rodatlas.files.code import code_hash
+from rodatlas.model import Control, Model, Setting, View, model_named
+from rodatlas.model.model import parameters_of
 
-ALGORITHM = 6  # raised with every change of the program after which a slice holds something else
-REFERENCE_ANGLE_DEG = 15.0
-REFERENCE_COMPRESSION = 0.5
-REFERENCE_POISSON = 0.25  # for the twisted states, whose existence depends on it
-LEAST_SHEAR_MAX = 1e-3  # at dL = 1/2 and above; the same part of the limiting shear below
+CODE = ("continuation", "model", "rods", "states", "atlas/slices", "paper/names")
+"""Folders whose code decides what a slice holds."""
 MOST_STARTS = 1_000_000
-CARRIED_PARTS = (0.35, 0.45, 0.55, 0.65)  # of the limiting shear
-CARRIED_HIGH_PARTS = (0.72, 0.86)
-
-
-def default_shear_max(compression: float) -> float:
-    """0.82 at dL = 1/2, and the same fraction of the limiting shear at other compressions."""
-    return round(0.82 * limiting_shear(compression) / limiting_shear(0.5), 9)
-
-
-def default_shear_min(compression: float) -> float:
-    """-0.05 at dL = 1/2, and the same fraction of the limiting shear at other compressions."""
-    return -round(0.05 * limiting_shear(compression) / limiting_shear(0.5), 9)
 
 
 @dataclass(frozen=True)
 class SliceSettings:
-    """A slice of the atlas: shear varies, all else is fixed.
+    """A slice of the atlas of a model: one control varies, all others are fixed.
 
     Attributes
     ----------
-    angle_deg : clamp angle psi0 in degrees, 0 <= psi0 < 90.
-    compression : dL, between 0 and 1.
-    poisson : Poisson's ratio, -1 < nu <= 0.5.
-    shear_max, shear_min : range of dD, inside the limiting shear; by default 0.9469 and -0.0577 of that.
+    model : what is solved.
+    setting : values of the controls that are fixed.
+    along : the control that varies.
+    low, high : its range, in the user's unit.
+    against : the quantity that diagrams show and tables list.
     tolerance : largest error of a solution at its mesh points, relative to the scale of each unknown.
-    search : starts of the search for stable states at each of some shears (see :mod:`rodatlas.atlas.slices.search`);
+    search : starts of the search for stable states at each of some places (see :mod:`rodatlas.atlas.slices.search`);
         0 for none.
+
+    Examples
+    --------
+    >>> SliceSettings.of(model_named("band"), along="compression", against="force-x", angle=20.0, shear=0.1)
     """
 
-    angle_deg: float
-    compression: float = 0.5
-    poisson: float = 0.25
-    shear_max: float = None  # type: ignore[assignment]  # None: the default for this compression
-    shear_min: float = None  # type: ignore[assignment]
+    model: Model
+    setting: Setting
+    along: str
+    low: float
+    high: float
+    against: str
     tolerance: float = 1e-8
     search: int = 256
 
     def __post_init__(self) -> None:
-        check_number("angle", self.angle_deg, 0.0, 89.999999, "degrees with 0 <= angle < 90")
-        Ends(self.angle_deg, self.compression)
-        check_poisson(self.poisson)
-        if self.shear_max is None:
-            object.__setattr__(self, "shear_max", default_shear_max(self.compression))
-        if self.shear_min is None:
-            object.__setattr__(self, "shear_min", default_shear_min(self.compression))
-        limit = limiting_shear(self.compression)
-        below = math.nextafter(limit, 0.0)
-        least = LEAST_SHEAR_MAX * min(1.0, limit / limiting_shear(REFERENCE_COMPRESSION))
-        check_number(
-            "shear-max", self.shear_max, least, below,
-            f"a number from {least:g} to below {limit:.6f}, the limiting shear for compression {self.compression:g}",
-        )  # fmt: skip
-        check_number("shear-min", self.shear_min, -below, 0.0, f"a number between -{limit:.6f} and 0 (included)")
+        check_type("model", self.model, Model, "a Model, see rodatlas.model")
+        control = self.control
+        self.model.quantity(self.against)
+        low, high, what = control.limits(self.setting)
+        check_number(f"{self.along}-max", self.high, math.nextafter(low, high), math.nextafter(high, low), what)
+        below = f"a number from {low:g} to below {self.high:g}, the largest {self.along}"
+        least = math.nextafter(low, high)
+        check_number(f"{self.along}-min", self.low, least, math.nextafter(self.high, -math.inf), below)
         check_number("tol", self.tolerance, 1e-10, 1e-6, "a number between 1e-10 and 1e-06")
         what = f"a whole number from 0 to {MOST_STARTS}"
         check_number("search", check_whole("search", self.search, 0, what), 0, MOST_STARTS, what)
 
-    @property
-    def angle(self) -> float:
-        """psi0 in radians."""
-        return math.radians(self.angle_deg)
+    @classmethod
+    def of(
+        cls, model: Model, *, along: str | None = None, low: float | None = None, high: float | None = None,
+        against: str | None = None, tolerance: float = 1e-8, search: int = 256, **values: float,
+    ) -> SliceSettings:  # fmt: skip
+        """Settings with defaults: the last control of the model varies over its usual range, seen by the first quantity.
+
+        Parameters
+        ----------
+        values : of the other controls, by name with underscores for dashes.
+        """
+        check_type("model", model, Model, "a Model, see rodatlas.model")
+        held = [c for c in model.controls if not c.derived]
+        control = model.control(held[-1].name if along is None else along, "along")
+        varying = model.holder(control.name).name
+        if control.name in values or varying in values:
+            raise ValueError(f"{varying}: expected none, since the slice goes along it, got {values.get(varying)}")
+        setting = model.setting(**values).without(varying)
+        usual = control.usual(setting) if control.usual is not None else (math.nan, math.nan)
+        low, high = (use if given is None else given for given, use in zip((low, high), usual, strict=True))
+        against = model.quantities[0].name if against is None else against
+        return cls(model, setting, control.name, low, high, against, tolerance, search)
+
+    def __repr__(self) -> str:
+        return f"SliceSettings({self.model.name}, {self.place_text}: {self.along} {self.low:g} to {self.high:g})"
+
+    # -- what is varied -----------------------------------------------------------------------------------------------
 
     @property
-    def a(self) -> float:
-        """EI1/GJ."""
-        return bending_ratio(self.poisson)
+    def control(self) -> Control:
+        """What varies."""
+        return self.model.control(self.along, "along")
+
+    @property
+    def parameter(self) -> str:
+        """The parameter of the problem that varies."""
+        return self.control.parameter
+
+    @property
+    def free(self) -> tuple[str, ...]:
+        """The free parameters of every branch."""
+        return self.model.free_with(self.along)
+
+    @property
+    def view(self) -> View:
+        """Along which control, against which quantity."""
+        return View(self.along, self.against)
+
+    @property
+    def anchor(self) -> float:
+        """Where starts are carried to: the default of what varies, or the end of the range that is nearer to it."""
+        return min(max(self.control.default, self.low), self.high)
+
+    @property
+    def reach(self) -> float:
+        """The largest value that the control can have, or the length of the range where that is not finite."""
+        limit = self.control.limits(self.setting).high
+        return limit if math.isfinite(limit) and limit > 0 else self.high - self.low
+
+    def part(self, share: float) -> float:
+        """The value at a share of what the control can be: of its limit where it has one, else of the range."""
+        limit = self.control.limits(self.setting).high
+        return share * limit if math.isfinite(limit) and self._from_zero else self.low + share * (self.high - self.low)
+
+    @property
+    def _from_zero(self) -> bool:
+        """Whether the control can be zero and of either sign, as the shear of a band."""
+        low, high, _ = self.control.limits(self.setting)
+        return low == -high
+
+    def value(self, solution: Solution) -> float:
+        """The value of what varies at a solution."""
+        return self.control.value(parameters_of(solution))
+
+    def raw(self, value: float) -> float:
+        """The parameter of the problem at a value of what varies."""
+        return self.control.raw(value, self.parameters)
+
+    def value_at(self, raw: float) -> float:
+        """The value of what varies at a parameter of the problem."""
+        return self.control.value({**self.parameters, self.parameter: raw})
+
+    def response(self, solution: Solution) -> float:
+        """The quantity at a solution."""
+        return self.model.quantity(self.against).read(solution)
+
+    @property
+    def parameters(self) -> dict[str, float]:
+        """Parameters of the problem at the setting."""
+        return self.model.parameters(self.setting)
+
+    @property
+    def bounds(self) -> dict[str, tuple[float, float]]:
+        """The range as bounds of a trace."""
+        one, two = sorted((self.raw(self.low), self.raw(self.high)))
+        return {self.parameter: (one, two)}
+
+    @property
+    def named(self) -> bool:
+        """Whether the nomenclature of the model knows the states of this slice."""
+        known = self.model.nomenclature
+        return known is not None and known.applies(self.setting, self.along)
+
+    def whole_setting(self, value: float) -> Setting:
+        """Values of all controls where what varies has a value."""
+        return self.model.setting(**self.setting, **{self.along: value})
+
+    # -- other settings -----------------------------------------------------------------------------------------------
+
+    def at(self, **values: float) -> SliceSettings:
+        """The slice at other values of fixed controls; its range is the usual one where the old one does not fit."""
+        setting = self.model.setting(**{**self.setting, **values})
+        setting = setting.without(self.model.holder(self.along).name)
+        fits = self.control.limits(setting) == self.control.limits(self.setting)
+        low, high = (self.low, self.high) if fits or self.control.usual is None else self.control.usual(setting)
+        return replace(self, setting=setting, low=low, high=high)
 
     def references(self) -> list[SliceSettings]:
-        """Settings from which states are carried over that are not connected within the slice: other than this one."""
-        at_angle = replace(self, angle_deg=REFERENCE_ANGLE_DEG)
-        usual = replace(at_angle, compression=REFERENCE_COMPRESSION, shear_max=default_shear_max(REFERENCE_COMPRESSION))
-        distinct = {s.place: s for s in (usual, at_angle)}  # one at each place, if it can be with this range
-        return [s for s in dict.fromkeys((at_angle, distinct[usual.place])) if s.place != self.place]
+        """Settings from which states are carried over that are not connected within the slice."""
+        known = self.model.references
+        wanted = [] if known is None else [self.at(**setting) for setting in known(self.setting, self.along)]
+        return [s for s in dict.fromkeys(wanted) if s.setting != self.setting]
+
+    # -- in words, and as a record ------------------------------------------------------------------------------------
 
     @property
-    def near_limit(self) -> str:
-        """A warning when the range of shear reaches near the limiting shear, '' otherwise."""
-        return near_limit(max(self.shear_max, -self.shear_min), self.compression)
+    def place_text(self) -> str:
+        """The fixed controls that are not at their defaults, or have none that is usual, in words."""
+        return self.model.setting_text(self.setting)
 
     @property
-    def place(self) -> tuple[float, float]:
-        """Angle and compression."""
-        return self.angle_deg, self.compression
-
-    def carried_shears(self, start: SliceSettings) -> tuple[float, ...]:
-        """Shears at which stable states are carried from another setting, inside both ranges."""
-        return self._inside(CARRIED_PARTS, start)
-
-    def carried_high_shears(self, start: SliceSettings) -> tuple[float, ...]:
-        """Shears at which states of index one are carried too."""
-        return self._inside(CARRIED_HIGH_PARTS, start)
-
-    def _inside(self, parts: tuple[float, ...], start: SliceSettings) -> tuple[float, ...]:
-        shears = (part * min(limiting_shear(s.compression) for s in (self, start)) for part in parts)
-        return tuple(shear for shear in shears if shear < min(self.shear_max, start.shear_max))
+    def care(self) -> str:
+        """What a reader should know of results in this range, '' where nothing is to be said."""
+        if self.control.care is None:
+            return ""
+        return self.control.care(max(self.high, -self.low), self.setting)
 
     def identity(self) -> dict[str, object]:
-        """Everything that decides the result, as plain values: the fields, and the version of program and algorithm."""
-        return {"rodatlas": __version__, "algorithm": ALGORITHM, **asdict(self)}
+        """Everything that decides the result, as plain values: the fields, the versions of program and code."""
+        return {
+            "rodatlas": __version__, "code": code_hash(*CODE), "model": self.model.name, "setting": dict(self.setting),
+            "along": self.along, "low": self.low, "high": self.high, "against": self.against,
+            "tolerance": self.tolerance, "search": self.search,
+        }  # fmt: skip
 
     @classmethod
-    def from_identity(cls, identity: Mapping[str, object]) -> SliceSettings:
-        """The settings behind :meth:`identity`, of whatever version."""
-        names = {f.name for f in fields(cls)}
-        numbers = {key: float(value) for key, value in identity.items() if key in names}  # type: ignore[arg-type]
-        search = int(numbers.pop("search", 0.0))
-        return cls(**numbers, search=search)
+    def from_identity(cls, identity: Mapping[str, Any]) -> SliceSettings:
+        """The settings behind :meth:`identity`, of whatever version; ValueError when nobody knows the model."""
+        plain = {name: identity[name] for name in ("along", "low", "high", "against", "tolerance", "search")}
+        return cls(model_named(identity["model"]), Setting(identity["setting"]), **plain)
+
+    @property
+    def stem(self) -> str:
+        """Name of the files of a slice, other for all other settings: where it is, and what differs from the defaults.
+
+        'slice-15', 'slice-15-dL0.4-nu0.3', 'slice-15-dD-0.1to0.86-search0'.
+        """
+        parts = ["slice", *self.model.stem_parts(self.setting)]
+        held = [c.name for c in self.model.controls if not c.derived]
+        if self.along != held[-1]:
+            parts.append(f"along-{self.along}")
+        if self.control.usual is None or (self.low, self.high) != self.control.usual(self.setting):
+            parts.append(f"{self.control.in_files}{exact(self.low)}to{exact(self.high)}")
+        if self.against != self.model.quantities[0].name:
+            parts.append(f"against-{self.against}")
+        if self.tolerance != SliceSettings.tolerance:
+            parts.append(f"tol{exact(self.tolerance)}")
+        if self.search != SliceSettings.search:
+            parts.append(f"search{self.search}")
+        return "-".join(parts)

@@ -47,8 +47,8 @@ def load_slice(path: str | os.PathLike[str]) -> Slice:
 def read_slice(file: h5py.File) -> Slice:
     """The slice in an open file."""
     settings = SliceSettings.from_identity(json.loads(file.attrs["identity"]))
-    branches = tuple(_read_branch(group) for group in _numbered(file, "branches"))
-    states = tuple(_read_state(group) for group in _numbered(file, "states"))
+    branches = tuple(_read_branch(group, settings) for group in _numbered(file, "branches"))
+    states = tuple(_read_state(group, settings) for group in _numbered(file, "states"))
     warnings = tuple(json.loads(file.attrs["warnings"]))
     return Slice(settings, branches, states, warnings, float(file.attrs["seconds"]))
 
@@ -65,21 +65,23 @@ def _write_branch(group: h5py.Group, b: SliceBranch) -> None:
         for e in b.events
     ]  # fmt: skip
     f = b.followed
-    record = {"id": b.id, "symmetric": f.symmetric, "origin": f.origin, "mirror": b.mirror, "events": events}
+    record = {"id": b.id, "symmetries": sorted(f.symmetries), "pair": f.pair, "origin": f.origin, "source": f.source,
+              "mirror": b.mirror, "events": events}  # fmt: skip
     write_branch(group, b.followed.branch)
     group.attrs["record"] = json.dumps(record)
 
 
-def _read_branch(group: h5py.Group) -> SliceBranch:
+def _read_branch(group: h5py.Group, settings: SliceSettings) -> SliceBranch:
     branch, record = read_branch(group), json.loads(group.attrs["record"])
     origin = (record["origin"][0], record["origin"][1]) if record["origin"] else None
-    followed = Followed(record["id"], branch, record["symmetric"], origin)
+    symmetries = frozenset(record["symmetries"])
+    followed = Followed(record["id"], branch, symmetries, record["pair"], origin, record["source"])
     events = []
     for special, e in zip(followed.bifurcations, record["events"], strict=True):
         # an event may know the index where the branch ends, and symmetries that are products
         breaks = tuple(e["breaks"])
         known = replace(special, index=(e["index"][0], e["index"][1]), breaks=breaks)
-        events.append(Event(e["kind"], known, e["number"], e["criticality"]))
+        events.append(Event.at(settings, e["kind"], known, e["number"], e["criticality"]))
     return SliceBranch(followed, tuple(events), record["mirror"])
 
 
@@ -91,8 +93,10 @@ def _write_state(group: h5py.Group, state: State) -> None:
     group.attrs["record"] = json.dumps(record)
 
 
-def _read_state(group: h5py.Group) -> State:
+def _read_state(group: h5py.Group, settings: SliceSettings) -> State:
     solutions, record = tuple(read_solutions(group)), json.loads(group.attrs["record"])
-    low, high = (StateEnd(solution=solutions[at], **end) for at, end in zip((0, -1), record["ends"], strict=True))
+    low, high = (
+        StateEnd.at(settings, solution=solutions[at], **end) for at, end in zip((0, -1), record["ends"], strict=True)
+    )
     contact = tuple((a, b) for a, b in record["contact"])
     return State(record["name"], record["branch"], record["pair"], record["path"], solutions, low, high, contact)

@@ -5,16 +5,17 @@ from __future__ import annotations
 from collections.abc import Sequence
 from itertools import pairwise
 
-from rodatlas.atlas.slices.match import state_at_shear
-from rodatlas.atlas.slices.settings import SliceSettings
 from rodatlas.continuation import Solution
-from rodatlas.states.names import Part, middle_curvature
+from rodatlas.model import Part
+from rodatlas.model.places import solved_at
+from rodatlas.rods.perfectly_anisotropic import rod_problem
+from rodatlas.states.names import middle_curvature
 
 SHEAR_TOLERANCE = 1e-9  # of the zero of k1(1/2)
 LEAST_TOLERANCE = 1e-6  # of its minimum, which a value of k1 to 1e-12 does not determine better
 
 
-def cut_segment(solutions: Sequence[Solution], named: Sequence[Part], settings: SliceSettings) -> list[list[Solution]]:
+def cut_segment(solutions: Sequence[Solution], named: Sequence[Part], tolerance: float) -> list[list[Solution]]:
     """Solutions of each named part of a segment, neighbors sharing the solution at the cut.
 
     U becomes w where k1(1/2) = 0; w becomes uUui where k1(1/2) is least. Both are solved for between the computed
@@ -29,7 +30,7 @@ def cut_segment(solutions: Sequence[Solution], named: Sequence[Part], settings: 
     for one, two in pairwise(named):
         find, beyond = (_least, 1) if one.name == "w" else (_zero, 0)
         low, high = solutions[max(two.first - 1, 0)], solutions[min(two.first + beyond, len(solutions) - 1)]
-        cuts.append(find(low, high, solutions[two.first], settings))
+        cuts.append(find(low, high, solutions[two.first], tolerance))
     edges = [-float("inf"), *[c["dD"] for c in cuts], float("inf")]
     parts = []
     for k, (low_edge, high_edge) in enumerate(pairwise(edges)):
@@ -38,22 +39,22 @@ def cut_segment(solutions: Sequence[Solution], named: Sequence[Part], settings: 
     return parts
 
 
-def _zero(low: Solution, high: Solution, near: Solution, settings: SliceSettings) -> Solution:
+def _zero(low: Solution, high: Solution, near: Solution, tolerance: float) -> Solution:
     """The state between two others at which k1(1/2) = 0; the computed one next to it where none can be solved for."""
     from scipy.optimize import brentq
 
-    bend = _Bend((low, high), settings)
+    bend = _Bend((low, high), tolerance)
     if bend(low["dD"]) * bend(high["dD"]) >= 0:
         return near
     brentq(bend, low["dD"], high["dD"], xtol=SHEAR_TOLERANCE)
     return bend.last
 
 
-def _least(low: Solution, high: Solution, near: Solution, settings: SliceSettings) -> Solution:
+def _least(low: Solution, high: Solution, near: Solution, tolerance: float) -> Solution:
     """The state between two others at which k1(1/2) is least."""
     from scipy.optimize import minimize_scalar
 
-    bend = _Bend((low, near, high), settings)
+    bend = _Bend((low, near, high), tolerance)
     found = minimize_scalar(bend, bounds=(low["dD"], high["dD"]), method="bounded", options={"xatol": LEAST_TOLERANCE})
     bend(float(found.x))
     return bend.last
@@ -62,12 +63,13 @@ def _least(low: Solution, high: Solution, near: Solution, settings: SliceSetting
 class _Bend:
     """k1(1/2) as a function of the shear, solved from the nearest of some known states; keeps the last solution."""
 
-    def __init__(self, known: Sequence[Solution], settings: SliceSettings):
+    def __init__(self, known: Sequence[Solution], tolerance: float):
         self.last = known[0]
-        self._known, self._settings = known, settings
+        self._known, self._tolerance = known, tolerance
 
     def __call__(self, shear: float) -> float:
         nearest = min(self._known, key=lambda s: abs(s["dD"] - shear))
         exact = nearest["dD"] == shear
-        self.last = nearest if exact else state_at_shear(nearest, shear, self._settings) or self.last
+        found = nearest if exact else solved_at(rod_problem(), nearest, "dD", shear, self._tolerance)
+        self.last = found or self.last
         return middle_curvature(self.last)

@@ -1,0 +1,69 @@
+"""Names for stable states that no nomenclature knows, made of what is seen: shape, symmetry, and order.
+
+A letter says how often the state is inflected (A: k1 keeps its sign, B: it changes it once, ...; states that have no
+shape are all A), '+-' that it is one of a pair, and a number counts states of one letter from the largest response
+down. So a name stays where meshes are refined and settings change a little: the letter is a count halfway along a
+stable stretch, and the number changes only where a state of the same kind comes or goes.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from string import ascii_uppercase
+
+from rodatlas.atlas.slices.follow import Followed
+from rodatlas.atlas.slices.result import Event
+from rodatlas.atlas.slices.segments import Segment
+from rodatlas.atlas.slices.settings import SliceSettings
+from rodatlas.continuation import Solution, SpecialPoint
+from rodatlas.model import Part
+
+
+class SeenNames:
+    """A nomenclature for any model."""
+
+    names: tuple[str, ...] = ()
+    other = ""
+
+    def __init__(self, settings: SliceSettings):
+        self._settings = settings
+        self.colors: dict[str, str] = {}
+
+    def applies(self, setting: object, along: str) -> bool:
+        """It knows every setting."""
+        return True
+
+    def parts(self, branches: Sequence[Followed], segments: Sequence[Segment]) -> list[list[Part]]:
+        """One name for each segment."""
+        middles = [_middle(s) for s in segments]
+        letters = [self._letter(x) for x in middles]
+        responses = [self._settings.response(x) for x in middles]
+        found = []
+        for i, segment in enumerate(segments):
+            alike = [k for k, letter in enumerate(letters) if letter == letters[i]]
+            number = 1 + sorted(alike, key=lambda k: (-responses[k], k)).index(i)
+            name = f"{letters[i]}{number}{'+-' if segment.followed.pair else ''}"
+            found.append([Part(name, 0, len(segment.solutions) - 1)])
+        return found
+
+    def cut(self, solutions: Sequence[Solution], parts: Sequence[Part], tolerance: float) -> list[list[Solution]]:
+        """The whole segment."""
+        return [list(solutions)]
+
+    def numbers(
+        self, branches: Sequence[Followed], named: Sequence[tuple[Segment, list[Part]]],
+        event_at: Callable[[SpecialPoint], Event | None],
+    ) -> list[dict[int, int]]:  # fmt: skip
+        """None."""
+        return [{} for _ in branches]
+
+    def _letter(self, solution: Solution) -> str:
+        read = self._settings.model.ribbon
+        count = 0 if read is None else read(solution).inflections["k1"]
+        return ascii_uppercase[min(count, len(ascii_uppercase) - 1)]
+
+
+def _middle(segment: Segment) -> Solution:
+    """The solution halfway along a segment, by number."""
+    solutions = segment.solutions
+    return solutions[len(solutions) // 2]

@@ -1,0 +1,106 @@
+"""Something of a problem that the user can vary, in the unit in which they think of it."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import NamedTuple
+
+from rodatlas.continuation.checks import check_between
+
+Range = tuple[float, float]
+DEGREES = "deg"
+
+
+class Limits(NamedTuple):
+    """The bounds of a control, themselves left out, and both in words, as errors say it."""
+
+    low: float = -math.inf
+    high: float = math.inf
+    what: str = "a finite number"
+
+
+def everywhere(setting: Mapping[str, float]) -> Limits:
+    """No limits."""
+    return Limits()
+
+
+@dataclass(frozen=True)
+class Control:
+    r"""A parameter of a problem as its user knows it.
+
+    .. math:: \text{value} = \text{scale}\,(p + \sum_i p_i) + \text{origin}
+
+    with the parameter p, and further ones to which it is added. Where the unit is 'deg' the scale is 180/pi.
+
+    Attributes
+    ----------
+    name : as in options and files: 'shear'.
+    parameter : of the problem: 'dD'.
+    symbol : in formulas, TeX without dollars.
+    default : value where none is given.
+    unit : 'deg', or '' for what has none.
+    scale, origin, added : see the formula; `added` are names of parameters.
+    limits : what can be computed, at the values of the other controls.
+    usual : the range that is followed where none is given, at those values; None: it has to be given.
+    care : what a reader should know of results at a value, '' where nothing is to be said.
+    derived : whether it only says in another way what a control of the same parameter says: settings do not hold it.
+    what : in words, for help pages and axes.
+    short : in names of files: 'dL'. Where it is empty the bare value stands first in every name.
+    """
+
+    name: str
+    parameter: str
+    symbol: str
+    default: float
+    unit: str = ""
+    scale: float = 1.0
+    origin: float = 0.0
+    added: tuple[str, ...] = ()
+    limits: Callable[[Mapping[str, float]], Limits] = everywhere
+    usual: Callable[[Mapping[str, float]], Range] | None = None
+    care: Callable[[float, Mapping[str, float]], str] | None = None
+    derived: bool = False
+    what: str = ""
+    short: str | None = None
+
+    def __repr__(self) -> str:
+        return f"Control({self.name}: {self.parameter}{f' [{self.unit}]' if self.unit else ''})"
+
+    @property
+    def key(self) -> str:
+        """The name in files, with the unit: 'angle_deg'."""
+        bare = self.name.replace("-", "_")
+        return f"{bare}_{self.unit}" if self.unit else bare
+
+    @property
+    def in_files(self) -> str:
+        """What stands before a value in a name of a file."""
+        return f"{self.name}-" if self.short is None else self.short
+
+    @property
+    def label(self) -> str:
+        """Of an axis."""
+        return f"{self.what or self.name} ${self.symbol}${f' [{self.unit}]' if self.unit else ''}"
+
+    def value(self, parameters: Mapping[str, float]) -> float:
+        """The user's value at parameters of the problem."""
+        raw = parameters[self.parameter] + sum(parameters[name] for name in self.added)
+        return (math.degrees(raw) if self.unit == DEGREES else self.scale * raw) + self.origin
+
+    def raw(self, value: float, parameters: Mapping[str, float]) -> float:
+        """The parameter that has a value, the other parameters being as they are."""
+        bare = value - self.origin
+        raw = math.radians(bare) if self.unit == DEGREES else bare / self.scale
+        return raw - sum(parameters[name] for name in self.added)
+
+    def check(self, value: object, setting: Mapping[str, float]) -> float:
+        """A value inside the limits at a setting.
+
+        Raises
+        ------
+        ValueError
+            naming the control, its limits and what came.
+        """
+        return check_between(self.name, value, *self.limits(setting))

@@ -1,0 +1,97 @@
+"""The band of the paper as the atlas is given it: the clamped band, its search, and the paper's names and numbers."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+from functools import lru_cache
+
+from rodatlas.atlas.slices.settings import SliceSettings
+from rodatlas.continuation import Solution
+from rodatlas.continuation.checks import check_number
+from rodatlas.model import Model, Setting
+from rodatlas.paper.names.yu_hanna import EQUAL, YuHanna
+from rodatlas.progress import Progress, silent
+from rodatlas.rods.ends import Ends
+from rodatlas.rods.model import REFERENCE_ANGLE_DEG, REFERENCE_COMPRESSION, clamped_band, shear_limits, usual_shears
+from rodatlas.states.discover import find_states
+from rodatlas.states.result import Discovery
+from rodatlas.states.winding import is_wound, twist
+
+WOUND = math.pi  # a band with more twist, int tau ds [rad], belongs to the families of wound-up states
+LEAST_SHEAR_MAX = 1e-3  # at dL = 1/2 and above; the same part of the limiting shear below
+
+
+class BandSearch:
+    """Stable states of the first class, by relaxed random bands and shooting."""
+
+    names = True
+
+    def stable_states(self, setting: Setting, starts: int, seed: int, tolerance: float) -> tuple[Solution, ...]:
+        """The member + of each pair."""
+        found = self.discover(setting, starts, tolerance, silent, seed).states
+        return tuple(s.solution for s in found if s.stable and s.pair != "-")
+
+    def discover(
+        self, setting: Setting, starts: int | None, tolerance: float, progress: Progress | None, seed: int = 1
+    ) -> Discovery:
+        """Stable states with their names; without `starts` until the search looks complete."""
+        ends = Ends(setting["angle"], setting["compression"], setting["shear"])
+        return find_states(ends, setting["poisson"], "+", starts, stable_only=True, tolerance=tolerance, seed=seed,
+                           progress=progress)  # fmt: skip
+
+    def starts_branch(self, solution: Solution) -> bool:
+        """Unless it is wound up."""
+        return abs(twist(solution)) < WOUND
+
+    def meets(self, solution: Solution) -> bool:
+        """Unless it is wound up."""
+        return not is_wound(solution, "+")
+
+
+def _references(setting: Setting, along: str) -> list[Setting]:
+    """At 15 degrees, at this compression and at 1/2: there everything that the paper names is connected."""
+    if along != "shear" or any(setting.get(name, 0.0) != 0.0 for name in EQUAL):
+        return []
+    at_angle = setting.replace(angle=REFERENCE_ANGLE_DEG)
+    return [at_angle, at_angle.replace(compression=REFERENCE_COMPRESSION)]
+
+
+@lru_cache(maxsize=1)
+def band() -> Model:
+    """The model 'band': all that the atlas knows of the band of Yu and Hanna."""
+    bare = clamped_band()
+    return replace(bare, name="band", references=_references, search=BandSearch(), nomenclature=YuHanna(bare))
+
+
+def band_slice(
+    angle_deg: float, compression: float = 0.5, poisson: float = 0.25, shear_max: float | None = None,
+    shear_min: float | None = None, tolerance: float = 1e-8, search: int = 256,
+) -> SliceSettings:  # fmt: skip
+    """Settings of a slice of the band of the paper: the shear varies, all else is fixed.
+
+    Parameters
+    ----------
+    angle_deg : clamp angle psi0 in degrees, 0 <= psi0 < 90.
+    compression : dL, between 0 and 1.
+    poisson : Poisson's ratio, -1 < nu <= 0.5.
+    shear_max, shear_min : range of dD, around 0 and inside the limiting shear; by default 0.9469 and -0.0577 of that.
+    tolerance, search : as for :class:`rodatlas.atlas.SliceSettings`.
+
+    Examples
+    --------
+    >>> found = compute_slice(band_slice(15.0))
+    """
+    fixed = band().setting(poisson=poisson, compression=compression, angle=angle_deg)
+    limit, usual = shear_limits(fixed).high, usual_shears(fixed)
+    below, least = math.nextafter(limit, 0.0), LEAST_SHEAR_MAX * min(1.0, limit / math.sqrt(0.75))
+    if shear_max is not None:
+        check_number(
+            "shear-max", shear_max, least, below,
+            f"a number from {least:g} to below {limit:.6f}, the limiting shear for compression {compression:g}",
+        )  # fmt: skip
+    if shear_min is not None:
+        check_number("shear-min", shear_min, -below, 0.0, f"a number between -{limit:.6f} and 0 (included)")
+    low, high = (use if given is None else given for given, use in zip((shear_min, shear_max), usual, strict=True))
+    return SliceSettings.of(band(), low=low, high=high, tolerance=tolerance, search=search, poisson=poisson,
+                            compression=compression, angle=angle_deg)  # fmt: skip

@@ -1,0 +1,189 @@
+"""The clamped band as a model: what of it can be varied, how its states are told apart, and where its branches start."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping
+from functools import lru_cache
+
+from rodatlas.continuation import BVP, NotConverged, Solution
+from rodatlas.model import Control, Invariant, Model, Quantity, Seed, Setting
+from rodatlas.model.control import Limits, Range
+from rodatlas.model.model import Keep, Source
+from rodatlas.rods.band import EDGE, NARROW, bending_ratio, limiting_shear, near_limit
+
+REFERENCE_ANGLE_DEG, REFERENCE_COMPRESSION, REFERENCE_POISSON = 15.0, 0.5, 0.25
+"""Where the twisted states are looked for: there both exist."""
+SLOPE = 5000.0  # a bifurcation that two branches locate has the slope of the energy to about 0.01, others are 1e-8
+INVERTED_UP_TO_DEG = 10.0
+STEEPEST = 89.999999  # degrees
+
+
+# -- controls ---------------------------------------------------------------------------------------------------------
+
+
+def shear_limits(setting: Mapping[str, float]) -> Limits:
+    """The shear at which the band is straight from clamp to clamp."""
+    limit = limiting_shear(setting["compression"])
+    what = f"a number of size below {limit:.6f}, the limiting shear for compression {setting['compression']:g}"
+    return Limits(-limit, limit, what)
+
+
+def usual_shears(setting: Mapping[str, float]) -> Range:
+    """-0.05 to 0.82 at dL = 1/2, and the same parts of the limiting shear at other compressions."""
+    part = limiting_shear(setting["compression"]) / limiting_shear(REFERENCE_COMPRESSION)
+    return -round(0.05 * part, 9), round(0.82 * part, 9)
+
+
+def _compressions(setting: Mapping[str, float]) -> Limits:
+    """Between the straight band and one whose clamps meet."""
+    least = 1.0 - math.sqrt(1.0 - min(abs(setting.get("shear", 0.0)), 1.0) ** 2)
+    low = max(EDGE, least)
+    what = f"a number between {'0' if least <= EDGE else f'{least:.6f}, at which the band is straight,'} and 1"
+    return Limits(math.nextafter(low, 0.0), math.nextafter(1.0 - EDGE, 1.0), f"{what} (from {low:g} to {1.0 - EDGE:g})")
+
+
+def _angles(setting: Mapping[str, float]) -> Limits:
+    return Limits(math.nextafter(0.0, -1.0), math.nextafter(STEEPEST, 90.0), "degrees with 0 <= angle < 90")
+
+
+def _turns(setting: Mapping[str, float]) -> Limits:
+    return Limits(-180.0, 180.0, "degrees between -180 and 180 (exclusive)")
+
+
+def _ratios(setting: Mapping[str, float]) -> Limits:
+    return Limits(-1.0, math.nextafter(0.5, 1.0), "a number with -1 < nu <= 0.5")
+
+
+def _offsets(setting: Mapping[str, float]) -> Limits:
+    limit = math.sqrt(max(limiting_shear(setting["compression"]) ** 2 - setting.get("shear", 0.0) ** 2, 0.0))
+    return Limits(-limit, limit, f"a number of size below {limit:.6f}, at which the band is straight")
+
+
+CONTROLS = (  # in the order in which a state is carried to another setting
+    Control("poisson", "a", r"\nu", 0.25, scale=2.0, origin=-1.0, limits=_ratios, usual=lambda at: (-0.5, 0.5),
+            what="Poisson's ratio", short="nu"),
+    Control("compression", "dL", r"\Delta L", 0.5, limits=_compressions, usual=lambda at: (0.02, 0.95),
+            what="compression", short="dL"),
+    Control("angle", "psi0", r"\psi_0", 15.0, "deg", limits=_angles, usual=lambda at: (0.0, 85.0), what="clamp angle",
+            short=""),
+    Control("shear", "dD", r"\Delta D", 0.0, limits=shear_limits, usual=usual_shears,
+            care=lambda value, at: near_limit(value, at["compression"]), what="shear",
+            short="dD"),
+)  # fmt: skip
+
+
+# -- what is read -----------------------------------------------------------------------------------------------------
+
+
+def _load(field: str, axis: int) -> Callable[[Solution], float]:
+    """A component in space of the force or moment at the right end."""
+
+    def read(solution: Solution) -> float:
+        from rodatlas.rods.state import RodState
+
+        return float(getattr(RodState(solution), field)[-1, axis])
+
+    return read
+
+
+QUANTITIES = (
+    Quantity.of("height", "h", what="height"),
+    Quantity.of("energy", "E", "GJ/L", "energy"),
+    Quantity("force-x", "n_x", _load("force", 0), "GJ/L^2", what="force along the chord", conjugate="compression"),
+    Quantity("force-y", "n_y", _load("force", 1), "GJ/L^2", what="force across the clamp plane", conjugate="offset"),
+    Quantity("force-z", "n_z", _load("force", 2), "GJ/L^2", what="lateral force", conjugate="shear"),
+    Quantity("moment-x", "m_x", _load("moment", 0), "GJ/L", what="moment at the right clamp about x"),
+    Quantity("moment-y", "m_y", _load("moment", 1), "GJ/L", what="moment at the right clamp about y"),
+    Quantity("moment-z", "m_z", _load("moment", 2), "GJ/L", what="moment at the right clamp about z"),
+)
+INVARIANTS = (Invariant("height"), Invariant("energy", relative=True), Invariant("end_force_z", SLOPE, relative=True))
+"""The slope dE/d(dD) tells a state without shear from its image in the shear mirror, which has all else in common."""
+
+
+def _problem() -> BVP:
+    from rodatlas.rods.perfectly_anisotropic import rod_problem
+
+    return rod_problem()
+
+
+def _index(solution: Solution) -> int | None:
+    from rodatlas.rods.stability import morse_index_of
+
+    return morse_index_of(solution)
+
+
+def _sign(solution: Solution) -> str:
+    from rodatlas.rods.symmetry import pair_member
+
+    return pair_member(solution)
+
+
+def _ribbon(solution: Solution) -> object:
+    from rodatlas.rods.state import RodState
+
+    return RodState(solution)
+
+
+# -- where branches start ---------------------------------------------------------------------------------------------
+
+
+def planar_seeds(setting: Setting, tolerance: float, keep: Keep) -> tuple[list[Seed], list[str]]:
+    """U, W and the third mode (M3) between equal clamps without shear, and a warning for what is missing.
+
+    At psi0 = 0 the angle mirror maps the slice to itself: U to W, and the third mode to another one (M3i). Near it the
+    branch of M3i still resembles that of M3 upside down, with wi for w; far from it nothing on it is stable.
+    """
+    from rodatlas.rods.planar import inverted_third_mode, planar_states
+
+    angle = math.radians(setting["angle"])
+    states, missing = planar_states(bending_ratio(setting["poisson"]), angle, setting["compression"], tolerance)
+    names = {"U": "U", "W": "W", "third mode": "M3"}
+    seeds = [Seed(names[family], solution) for family, solution in states.items()]
+    if setting["angle"] <= INVERTED_UP_TO_DEG and "third mode" in states:
+        inverted = inverted_third_mode(states["third mode"], tolerance)
+        seeds += [Seed("M3i", inverted)] if inverted is not None else []
+    return seeds, [f"planar states not reached: {missing}"] if missing else []
+
+
+def twisted_seeds(setting: Setting, tolerance: float, keep: Keep) -> tuple[list[Seed], list[str]]:
+    """States without shear on the closed loops of TU and TW, at a reference setting where both exist; and warnings.
+
+    The loops are followed in shear to more states without shear.
+    """
+    from rodatlas.rods.loops import half_loop, without_shear
+    from rodatlas.rods.twisted import twisted_states
+
+    angle, a = math.radians(REFERENCE_ANGLE_DEG), bending_ratio(REFERENCE_POISSON)
+    states, missing = twisted_states(a, angle, REFERENCE_COMPRESSION, tolerance)
+    warnings = [f"twisted states not reached: {missing}"] if missing else []
+    seeds: list[Seed] = []
+    for name, state in states.items():
+        try:
+            loop = keep(f"loop-{name}", lambda state=state: half_loop(state))  # type: ignore[misc]
+        except NotConverged as error:
+            warnings.append(f"loop of {name}: {error}")
+            continue
+        on_loop = [state, *without_shear(loop, tolerance)]
+        seeds += [Seed(name if k == 0 else f"{name}-{k + 1}", one) for k, one in enumerate(on_loop)]
+    return seeds, warnings
+
+
+@lru_cache(maxsize=1)
+def clamped_band() -> Model:
+    """The perfectly anisotropic rod between two clamps, without names for its states.
+
+    Controls: Poisson's ratio, compression, clamp angle, turns of each clamp, offset, twist and shear. See
+    :func:`rodatlas.rods.rod_problem` for the equations.
+
+    Examples
+    --------
+    >>> clamped_band().setting(angle=20.0, compression=0.4)["shear"]
+    0.0
+    """
+    return Model(
+        "clamped band", _problem, CONTROLS, QUANTITIES,
+        (Source("planar states", planar_seeds), Source("twisted states", twisted_seeds)),
+        index=_index, pairing=("reversal",), invariants=INVARIANTS, sign=_sign, order=("energy", "end_force_z"),
+        ribbon=_ribbon, width=NARROW,
+    )  # fmt: skip
