@@ -6,7 +6,7 @@ a^2 = (h^2 - 1)/3, and branch points where a^2 = h^2 - 4.
 
 from __future__ import annotations
 
-from functools import lru_cache
+from collections.abc import Callable
 from importlib.util import module_from_spec, spec_from_file_location
 from pathlib import Path
 
@@ -44,14 +44,25 @@ def index(solution: Solution) -> int:
     return int((np.linalg.eigvalsh(hessian) < 0).sum())
 
 
-@lru_cache
-def arch_model(symmetric: bool = True) -> Model:
-    return register(Model(
-        "arch" if symmetric else "bare arch", symmetric_arch if symmetric else example.arch,
+def _model(name: str, build: Callable[[], BVP]) -> Model:
+    return Model(
+        name, build,
         (Control("rise", "h", "h", 3.0, usual=lambda at: (0.5, 4.0)),
          Control("load", "q", r"q/\pi^4", 0.0, scale=PI**-4, usual=lambda at: (-6.0, 15.0))),
         (Quantity.of("a", what="amplitude"),), (Source("unloaded", starts),), free=("N",), index=index,
-    ))  # fmt: skip
+    )  # fmt: skip
+
+
+@register
+def arch_model() -> Model:
+    """With its symmetry."""
+    return _model("arch", symmetric_arch)
+
+
+@register
+def bare_arch_model() -> Model:
+    """The same problem, of which the atlas is told no symmetry."""
+    return _model("bare arch", example.arch)
 
 
 def limit_loads(h: float) -> tuple[float, float]:

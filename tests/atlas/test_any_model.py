@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from arch_model import arch_model, buckling_loads, limit_loads, stable_count
+from arch_model import arch_model, bare_arch_model, buckling_loads, limit_loads, stable_count
 from rodatlas.atlas import (
     Loci,
     LociSettings,
@@ -46,7 +46,7 @@ def events(found, kind):
 @pytest.mark.parametrize("symmetric", [True, False])
 def test_bifurcations_of_a_slice(found, symmetric):
     """With the symmetry declared or without: the same states and events."""
-    here = found if symmetric else compute_slice(SliceSettings.of(arch_model(symmetric=False)))
+    here = found if symmetric else compute_slice(SliceSettings.of(bare_arch_model()))
     assert here.warnings == ()
     assert events(here, "fold") == pytest.approx(limit_loads(H), abs=1e-7)
     assert events(here, "pitchfork") == pytest.approx(buckling_loads(H), abs=1e-7)
@@ -90,7 +90,7 @@ def test_loci_are_those_of_the_closed_form(loci):
     assert loci.warnings == ()
     assert len(loci.curves) == 2  # one of folds through the cusp, one of branch points
     for piece in loci.pieces:
-        low, high = piece.span
+        low, _ = piece.span
         exact = limit_loads if piece.kind == "fold" else buckling_loads
         for rise, load, _ in piece.places[1:-1]:
             assert min(abs(load - x) for x in exact(rise)) < 1e-6

@@ -51,9 +51,7 @@ class Search(Protocol):
     def stable_states(self, setting: Setting, starts: int, seed: int, tolerance: float) -> tuple[Solution, ...]:
         """Stable states, one of each orbit."""
 
-    def discover(
-        self, setting: Setting, starts: int | None, tolerance: float, progress: Progress | None
-    ) -> Any:
+    def discover(self, setting: Setting, starts: int | None, tolerance: float, progress: Progress | None) -> Any:
         """Stable states with their names, as a :class:`rodatlas.states.Discovery`; without `starts` until it looks
         complete."""
 
@@ -122,6 +120,22 @@ class Model:
                 raise ValueError(f"{field}: expected at least one {kind.__name__}, got none")
             for value in values:
                 check_type(field, value, kind, f"{kind.__name__} objects")
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        """To another process a model goes by its name: functions of a module cannot be sent."""
+        from rodatlas.model.registry import model_named, place_of
+
+        if not (place := place_of(self)):
+            raise ValueError(f"model: expected one that is registered, as other processes need it, got {self!r}: see "
+                             "rodatlas.model.register")  # fmt: skip
+        return model_named, (self.name, place)
+
+    def identity(self) -> dict[str, object]:
+        """Name, and a digest of the problem unless its code is part of the package."""
+        from rodatlas.continuation.problem.fingerprint import fingerprint
+
+        own = self.build.__module__.split(".")[0] == "rodatlas"
+        return {"model": self.name} | ({} if own else {"problem": fingerprint(self.problem)})
 
     def __repr__(self) -> str:
         return f"Model({self.name}: controls {', '.join(c.name for c in self.controls)})"
@@ -250,14 +264,18 @@ class Model:
 
     def setting_text(self, setting: Mapping[str, float]) -> str:
         """Values of the controls at a setting, those left out that are zero by default and here: 'angle 15 deg'."""
-        told = [c for c in reversed(self.controls) if c.name in setting and (setting[c.name] != 0.0 or c.default != 0.0)]
+        told = [
+            c for c in reversed(self.controls) if c.name in setting and (setting[c.name] != 0.0 or c.default != 0.0)
+        ]
         return ", ".join(f"{c.name} {setting[c.name]:g}{f' {c.unit}' if c.unit else ''}" for c in told)
 
     def stem_parts(self, setting: Mapping[str, float]) -> list[str]:
         """Parts of names of files that tell a setting from others: '15', 'dL0.4'."""
         held = [c for c in reversed(self.controls) if c.name in setting]
         first = [exact(setting[c.name]) for c in held if c.short == ""]
-        other = [f"{c.in_files}{exact(setting[c.name])}" for c in held if c.short != "" and setting[c.name] != c.default]
+        other = [
+            f"{c.in_files}{exact(setting[c.name])}" for c in held if c.short != "" and setting[c.name] != c.default
+        ]
         return [*([] if self.name == DEFAULT else [self.name]), *first, *other]
 
 

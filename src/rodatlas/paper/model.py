@@ -4,14 +4,13 @@ from __future__ import annotations
 
 import math
 from dataclasses import replace
-from functools import lru_cache
 
 from rodatlas.atlas.loci.settings import LociSettings
 from rodatlas.atlas.phase.settings import PhaseSettings
 from rodatlas.atlas.slices.settings import SliceSettings
 from rodatlas.continuation import Solution
 from rodatlas.continuation.checks import check_number
-from rodatlas.model import Model, Setting
+from rodatlas.model import Model, Setting, register
 from rodatlas.paper.names.yu_hanna import EQUAL, YuHanna
 from rodatlas.progress import Progress, silent
 from rodatlas.rods.ends import Ends
@@ -59,7 +58,7 @@ def _references(setting: Setting, along: str) -> list[Setting]:
     return [at_angle, at_angle.replace(compression=REFERENCE_COMPRESSION)]
 
 
-@lru_cache(maxsize=1)
+@register
 def band() -> Model:
     """The model 'band': all that the atlas knows of the band of Yu and Hanna."""
     bare = clamped_band()
@@ -110,9 +109,7 @@ def band_loci(
     angle_max : largest clamp angle in degrees; the smallest is zero.
     """
     check_number("angle-max", angle_max, REFERENCE_ANGLE_DEG, 89.999999, "degrees with 15 <= angle-max < 90")
-    return LociSettings.of(
-        band(), second_high=angle_max, compression=compression, poisson=poisson, tolerance=tolerance
-    )
+    return LociSettings.of(band(), second_high=angle_max, compression=compression, poisson=poisson, tolerance=tolerance)
 
 
 def band_phase(

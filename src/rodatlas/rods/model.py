@@ -1,4 +1,4 @@
-"""The clamped band as a model: what of it can be varied, how its states are told apart, and where its branches start."""
+"""The clamped band as a model: what of it can vary, how its states are told apart, and where its branches start."""
 
 from __future__ import annotations
 

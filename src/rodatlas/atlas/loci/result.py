@@ -174,6 +174,7 @@ class Loci:
         wanted = sorted((p for p in self.pieces if p.number in numbers), key=lambda p: p.number or 0)
         told, s = self.events(), self.settings
         unnumbered = [] if self.wanted else [p for p in self.pieces if p.number is None]
+        labels = {str(p.number) for p in wanted}
         return {
             "schema": SCHEMA,
             **s.head_json(),
@@ -183,7 +184,9 @@ class Loci:
             "seconds": round(self.seconds, 3),
             "warnings": list(self.remarks(numbers)),
             "loci": [_piece_json(p, told, s) for p in (*wanted, *unnumbered)],
-            "events": [e.to_json(s) for e in told if not self.wanted or {str(p.number) for p in wanted} & set(e.labels)],
+            "events": [
+                e.to_json(s) for e in told if not self.wanted or {str(p.number) for p in wanted} & set(e.labels)
+            ],
         }
 
 

@@ -174,8 +174,7 @@ class Slice:
         names = ", ".join(dict.fromkeys(s.name for s in self.states))
         s = self.settings
         return (
-            f"Slice({s.place_text}; {s.along} {s.low:g} to {s.high:g}: "
-            f"{len(self.branches)} branches; stable: {names})"
+            f"Slice({s.place_text}; {s.along} {s.low:g} to {s.high:g}: {len(self.branches)} branches; stable: {names})"
         )
 
     @property
