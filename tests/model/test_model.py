@@ -138,6 +138,6 @@ def test_a_slice_wants_a_range_where_none_is_usual():
     with pytest.raises(ValueError, match=r"^load-max: expected a finite number, got nan$"):
         SliceSettings.of(model)
     assert SliceSettings.of(model, low=0.0, high=2.0).anchor == 0.0
-    with pytest.raises(ValueError, match=r"^load-min: expected a number from .* to below 2, the largest load, got 3.0$"):
+    with pytest.raises(ValueError, match=r"^load-min: expected a number from .* to below 2, .*, got 3.0$"):
         SliceSettings.of(model, low=3.0, high=2.0)
     assert np.isclose(SliceSettings.of(model, low=1.0, high=3.0).anchor, 1.0)

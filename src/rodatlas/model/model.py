@@ -135,7 +135,8 @@ class Model:
         from rodatlas.continuation.problem.fingerprint import fingerprint
 
         own = self.build.__module__.split(".")[0] == "rodatlas"
-        return {"model": self.name} | ({} if own else {"problem": fingerprint(self.problem)})
+        found: dict[str, object] = {"model": self.name}
+        return found if own else {**found, "problem": fingerprint(self.problem)}
 
     def __repr__(self) -> str:
         return f"Model({self.name}: controls {', '.join(c.name for c in self.controls)})"
