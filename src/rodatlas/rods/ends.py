@@ -3,7 +3,10 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass
+
+import numpy as np
 
 from rodatlas.rods.band import check_between, check_compression, check_number, limiting_offset, limiting_shear
 from rodatlas.rods.poses import Clamps
@@ -71,6 +74,23 @@ class Ends:
         mean = (left_deg + right_deg) / 2.0
         return cls(mean, compression, shear, offset, twist_deg, skew_deg=(left_deg - right_deg) / 2.0)
 
+    @classmethod
+    def from_setting(cls, setting: Mapping[str, float]) -> Ends:
+        """The ends of a :attr:`setting`: by the names that a user gives.
+
+        Raises
+        ------
+        ValueError
+            for other names, none or all three of the angles, or numbers out of range.
+        """
+        angles = ("angle",) if "angle" in setting else ("angle_left", "angle_right")
+        expected = {*angles, "compression", "shear", "offset", "twist"}
+        if wrong := sorted(expected.symmetric_difference(setting)):
+            raise ValueError(f"setting: expected {', '.join(sorted(expected))}, got {', '.join(setting)} ({wrong[0]})")
+        others = (setting[name] for name in ("compression", "shear", "offset", "twist"))
+        make = cls if "angle" in setting else cls.unequal
+        return make(*(setting[name] for name in angles), *others)
+
     @property
     def left_deg(self) -> float:
         """Angle at which the tangent leaves the left clamp, in degrees."""
@@ -101,8 +121,13 @@ class Ends:
         return Clamps.changed(*self.parameters.values())
 
     @property
+    def distance(self) -> float:
+        """How far the ends are apart, below 1 [L]."""
+        return float(np.hypot(np.hypot(1.0 - self.compression, self.shear), self.offset))
+
+    @property
     def alike(self) -> bool:
-        """Whether the clamps are parallel to the width and tilted alike: those that names of states are made for."""
+        """Whether the clamps are parallel to the width, at one height and tilted alike: those of Yu and Hanna."""
         return self.offset == self.twist_deg == self.skew_deg == 0.0
 
     @property

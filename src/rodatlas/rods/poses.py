@@ -99,9 +99,7 @@ class Clamps:
     Unequal angles, of 20 and 35 degrees, at dL = 1/2, the right clamp turned about its tangent by half a turn:
 
     >>> left = Pose.tilted(math.radians(20.0), (0.0, 0.0, 0.0))
-    >>> clamps = Clamps(left, Pose.tilted(-math.radians(35.0), (0.5, 0.0, 0.0)).twisted(math.pi))
-    >>> clamps.distance
-    0.5
+    >>> Clamps(left, Pose.tilted(-math.radians(35.0), (0.5, 0.0, 0.0)).twisted(math.pi))
     """
 
     left: Pose
@@ -139,11 +137,6 @@ class Clamps:
         left = Pose.tilted(angle + turn_left, (0.0, 0.0, -shear)).twisted(twist_left)
         right = Pose.tilted(-(angle + turn_right), (1 - compression, 0.0, 0.0)).moved((0.0, offset, 0.0))
         return cls(left, right.twisted(twist_right))
-
-    @property
-    def distance(self) -> float:
-        """How far the ends are apart [L]."""
-        return math.dist(self.left.position, self.right.position)
 
     def residual(self, left: Any, right: Any) -> list[Any]:
         """Thirteen boundary conditions that hold the unknowns by name at both ends in these poses.

@@ -36,6 +36,7 @@ from collections.abc import Mapping
 import numpy as np
 
 from rodatlas.continuation import Solution
+from rodatlas.continuation.checks import check_type
 from rodatlas.continuation.symmetric.isotropy import action_of, image
 from rodatlas.rods.formulation import components, parameters_of
 from rodatlas.rods.perfectly_anisotropic import check_rod, rod_problem
@@ -65,6 +66,7 @@ def fixes(symmetry: str, setting: Solution | Mapping[str, float]) -> bool:
     >>> fixes("reversal", Ends.unequal(20.0, 35.0).parameters)
     False
     """
+    check_type("symmetry", symmetry, str, "the name of a symmetry such as 'reversal'")
     problem = rod_problem()
     if isinstance(setting, Solution):
         check_rod(setting)
