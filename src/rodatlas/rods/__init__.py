@@ -27,6 +27,7 @@ from rodatlas.rods.symmetry import (
     pair_member,
     plus_member,
     reverse,
+    symmetries_at,
 )
 from rodatlas.rods.twisted import twisted_states
 from rodatlas.rods.units import BandUnits, ClampErrors
@@ -38,5 +39,6 @@ __all__ = [
     "critical_mode", "critical_modes", "elastic_rod", "fixes", "from_reduced", "half_twist", "has_partner",
     "index_nodes", "index_of", "is_symmetric", "is_twisted", "limiting_shear", "mirror_angle", "mirror_shear",
     "morse_index", "pair_member", "planar_states", "plus_member", "reduced_problem", "reverse", "rod_problem",
-    "second_variation_index", "self_contact", "state_at", "to_reduced", "twisted_states", "width_effect",
+    "second_variation_index", "self_contact", "state_at", "symmetries_at", "to_reduced", "twisted_states",
+    "width_effect",
 ]  # fmt: skip

@@ -32,6 +32,7 @@ The quaternions q and -q are one frame: where the right clamp is reached at -q o
 from __future__ import annotations
 
 from collections.abc import Mapping
+from itertools import combinations
 
 import numpy as np
 
@@ -74,6 +75,19 @@ def fixes(symmetry: str, setting: Solution | Mapping[str, float]) -> bool:
         setting = {name: known[name] for name in problem.parameters}
     values = problem.parameter_vector(setting)
     return bool(np.abs(action_of(problem, symmetry).parameters(values) - values).max() <= ROUND_OFF)
+
+
+def symmetries_at(setting: Solution | Mapping[str, float]) -> tuple[str, ...]:
+    """Names of the declared symmetries and of their products that a setting has, see :func:`fixes`.
+
+    Examples
+    --------
+    >>> symmetries_at(Ends.unequal(20.0, -20.0, shear=0.1).parameters)
+    ('reversal * angle mirror',)
+    """
+    names = tuple(rod_problem().symmetries)
+    products = (" * ".join(some) for size in range(1, len(names) + 1) for some in combinations(names, size))
+    return tuple(product for product in products if fixes(product, setting))
 
 
 def has_partner(solution: Solution) -> bool:

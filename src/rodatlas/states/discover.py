@@ -19,6 +19,7 @@ from rodatlas.rods.stability import index_of
 from rodatlas.rods.symmetry import fixes, has_partner, pair_member, reverse
 from rodatlas.states.census import FEW, invariants, species, unseen
 from rodatlas.states.deflate import deflated
+from rodatlas.states.images import with_images
 from rodatlas.states.result import Discovery, FoundState
 from rodatlas.states.search import default_threads, hunt
 from rodatlas.states.shooting import Shots, all_shots, as_guess
@@ -194,7 +195,9 @@ def _collected(
     limit: float | None,
 ) -> Discovery:  # fmt: skip
     """One result of the searches of all classes."""
-    kept = [states for census in parts for states in census.kept(stable_only, wound).values()]
+    kept = [
+        states for census in parts for states in with_images([*census.kept(stable_only, wound).values()])
+    ]  # fmt: skip
     found = sorted((s for states in kept for s in states), key=lambda s: (s.cls, s.solution["energy"], s.pair or ""))
     told = [(s.solution, s.cls, s.index, s.pair or "") for s in found]
     names = names_of(told) if ends.alike else [None] * len(found)
