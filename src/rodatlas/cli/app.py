@@ -36,6 +36,25 @@ command = partial(app.command, cls=Command, context_settings=CONTEXT)
 Angle = Annotated[str, option("--angle", kind="DEGREES", help="Clamp angle psi0, 0 <= angle < 90.")]
 Shear = Annotated[str, option("--shear", kind="NUMBER", help="Shear dD.")]
 Compression = Annotated[str, option(kind="NUMBER", help="dL, between 0 and 1; the ends are 1 - dL apart along x.")]
+AnyAngle = Annotated[
+    str | None,
+    option("--angle", kind="DEGREES", help="Clamp angle psi0, -180 to 180.", default="one for each clamp"),
+]
+AngleLeft = Annotated[
+    str | None,
+    option("--angle-left", kind="DEGREES", help="Angle at which the band leaves the left clamp.", default="psi0"),
+]
+AngleRight = Annotated[
+    str | None,
+    option(
+        "--angle-right", kind="DEGREES", help="Angle at which it arrives at the right one, downward.",
+        default="psi0",
+    ),
+]  # fmt: skip
+Offset = Annotated[str, option("--offset", kind="NUMBER", help="dY, by which the right clamp lies higher along y.")]
+Twist = Annotated[
+    str, option("--twist", kind="DEGREES", help="Turn of the right clamp about its tangent, -720 to 720.")
+]
 Poisson = Annotated[str, option(kind="NUMBER", help="Poisson's ratio of the band, -1 < nu <= 0.5.")]
 Tolerance = Annotated[
     str, option("--tol", kind="NUMBER", help="Largest error at mesh points, relative to each unknown, 1e-10 to 1e-6.")
@@ -174,9 +193,13 @@ def solve_command(
 
 @command("states")
 def states_command(
-    angle: Annotated[str, option("--angle", kind="DEGREES", help="Clamp angle psi0, -180 to 180.")],
     shear: Shear,
+    angle: AnyAngle = None,
+    angle_left: AngleLeft = None,
+    angle_right: AngleRight = None,
     compression: Compression = "0.5",
+    offset: Offset = "0",
+    twist: Twist = "0",
     poisson: Poisson = "0.25",
     classes: Annotated[
         str, option("--class", kind="CLASS", help="+ or -, which a full turn of the right clamp tells apart, or both.")
@@ -206,7 +229,8 @@ def states_command(
     from rodatlas.cli.states import run
 
     target = json_target(json_to, overwrite)
-    run(angle, shear, compression, poisson, classes, starts, stable_only, wound, deflate, threads, target)
+    clamps = (angle, angle_left, angle_right, compression, shear, offset, twist)
+    run(clamps, poisson, classes, starts, stable_only, wound, deflate, threads, target)
 
 
 @command("band")

@@ -11,6 +11,7 @@ import numpy as np
 
 from rodatlas.continuation.checks import check_has
 from rodatlas.files import replace_file
+from rodatlas.rods.perfectly_anisotropic import FULL
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -40,10 +41,11 @@ def slice_tables(slice_: Any) -> dict[str, pd.DataFrame]:
     import pandas as pd
 
     frames = []
+    held = [name for name in FULL.parameters if name != "dD"]
     for b in slice_.branches:
         frame = b.followed.branch.to_frame()
         frame.insert(0, "branch", b.id)
-        frames.append(frame.rename(columns={"dD": "shear"}).drop(columns=["a", "psi0", "dL"], errors="ignore"))
+        frames.append(frame.rename(columns={"dD": "shear"}).drop(columns=held, errors="ignore"))
     branches = pd.concat(frames, ignore_index=True) if frames else pd.DataFrame()
     events = slice_.to_frame("events")
     if len(events):
@@ -75,13 +77,17 @@ def loci_tables(loci: Any) -> dict[str, pd.DataFrame]:
     return {"events": events, "points": points}
 
 
+DEGREES = {name: f"{name}_deg" for name in ("angle", "angle_left", "angle_right", "twist")}  # columns of a setting
+
+
 def states_table(data: Mapping[str, Any]) -> pd.DataFrame:
-    """A row for each state of the object that `rodatlas states --json` prints; N0_1 .. M0_3, inflections_k1 .."""
+    """A row for each state of the object that `rodatlas states --json` prints: the setting, then the state's fields,
+    N0_1 .. M0_3, inflections_k1 .."""
     import pandas as pd
 
     rows = []
     for entry in data["states"]:
-        row = {key: data[key] for key in ("angle_deg", "compression", "shear") if key in data}
+        row = {DEGREES.get(key, key): value for key, value in data["setting"].items()}
         for key, value in entry.items():
             if isinstance(value, list):
                 row |= {f"{key}_{i}": x for i, x in enumerate(value, 1)}
