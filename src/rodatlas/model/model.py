@@ -172,7 +172,7 @@ class Model:
     def setting(self, **values: float) -> Setting:
         """Values of all controls, those that are not given by default; underscores stand for dashes in their names.
 
-        A derived control says what a control of the same parameter is.
+        A derived control says what a control of the same parameter is; both have one unit.
 
         Raises
         ------
@@ -184,9 +184,8 @@ class Model:
         found |= {c.name: value for c, value in given if not c.derived}
         for control, value in ((c, value) for c, value in given if c.derived):
             control.check(value, found)
-            held = self.holder(control.name)
-            known = {c.parameter: c.raw(found[c.name], {}) for c in self.controls if c.name in found and not c.added}
-            found[held.name] = held.value({held.parameter: control.raw(value, known)})
+            added = (c.name for c in self.controls if c.parameter in control.added and not c.derived)
+            found[self.holder(control.name).name] = float(value) - sum(found[name] for name in added)
         for name, value in found.items():
             self.control(name).check(value, found)
         return Setting(found)
@@ -250,8 +249,21 @@ class Model:
     # -- as records ---------------------------------------------------------------------------------------------------
 
     def setting_json(self, setting: Mapping[str, float]) -> dict[str, float]:
-        """Values of the controls at a setting by their names in files."""
-        return {c.key: setting[c.name] for c in self.controls if c.name in setting}
+        """Values of the controls at a setting by name, underscores for dashes; derived ones where they tell more."""
+        held = {c.name: setting[c.name] for c in self.controls if c.name in setting}
+        known = {c.parameter: c.raw(held[c.name], {}) for c in self.controls if c.name in held}
+        for control in (c for c in self.controls if c.derived):
+            told = held.get(self.holder(control.name).name, 0.0) != 0.0
+            if told and all(name in known for name in (control.parameter, *control.added)):
+                held[control.name] = control.value(known)
+        return {name.replace("-", "_"): value for name, value in held.items()}
+
+    def head_json(self, setting: Mapping[str, float], along: str, against: str) -> dict[str, Any]:
+        """What stands first in the JSON of a result: model, setting and view, and the setting once more by the names
+        that tables have."""
+        flat = {c.key: setting[c.name] for c in self.controls if c.name in setting}
+        head = {"model": self.name, "setting": self.setting_json(setting), "along": along, "against": against}
+        return head | flat
 
     def reading_json(self, solution: Solution) -> dict[str, Any]:
         """All quantities of a state, as plain values; the loads of a rod as vectors in space at s = 0."""

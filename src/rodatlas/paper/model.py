@@ -23,6 +23,16 @@ WOUND = math.pi  # a band with more twist, int tau ds [rad], belongs to the fami
 LEAST_SHEAR_MAX = 1e-3  # at dL = 1/2 and above; the same part of the limiting shear below
 
 
+def ends_at(setting: Setting) -> Ends:
+    """The ends of a setting of the band."""
+    left, right = (setting["angle"] + setting.get(name, 0.0) for name in ("turn-left", "turn-right"))
+    others = (setting[name] for name in ("compression", "shear"))
+    further = (setting.get(name, 0.0) for name in ("offset", "twist"))
+    if left == right:
+        return Ends(left, *others, *further)
+    return Ends.unequal(left, right, *others, *further)
+
+
 class BandSearch:
     """Stable states of the first class, by relaxed random bands and shooting."""
 
@@ -37,9 +47,15 @@ class BandSearch:
         self, setting: Setting, starts: int | None, tolerance: float, progress: Progress | None, seed: int = 1
     ) -> Discovery:
         """Stable states with their names; without `starts` until the search looks complete."""
-        ends = Ends(setting["angle"], setting["compression"], setting["shear"])
-        return find_states(ends, setting["poisson"], "+", starts, stable_only=True, tolerance=tolerance, seed=seed,
-                           progress=progress)  # fmt: skip
+        found = find_states(
+            ends_at(setting), setting["poisson"], "+", starts, stable_only=True, tolerance=tolerance, seed=seed,
+            progress=progress,
+        )  # fmt: skip
+        # the same clamps may be told by other parameters: those of the setting are wanted
+        wanted = band().parameters(setting)
+        return replace(found, states=tuple(
+            replace(s, solution=s.solution.with_parameters(**wanted)) for s in found.states
+        ))  # fmt: skip
 
     def starts_branch(self, solution: Solution) -> bool:
         """Unless it is wound up."""

@@ -174,7 +174,6 @@ class Loci:
         wanted = sorted((p for p in self.pieces if p.number in numbers), key=lambda p: p.number or 0)
         told, s = self.events(), self.settings
         unnumbered = [] if self.wanted else [p for p in self.pieces if p.number is None]
-        labels = {str(p.number) for p in wanted}
         return {
             "schema": SCHEMA,
             **s.head_json(),

@@ -238,11 +238,8 @@ class PlaneSettings:
 
     def head_json(self) -> dict[str, Any]:
         """What stands first in the JSON of a result."""
-        held = self.model.setting_json(self.setting)
-        return {
-            "model": self.model.name, "setting": held, "along": self.along, "second": self.second,
-            "against": self.against, **held, "tolerance": self.tolerance,
-        }  # fmt: skip
+        head = self.model.head_json(self.setting, self.along, self.against)
+        return {**head, "second": self.second, "tolerance": self.tolerance}
 
     def stem_of(self, word: str) -> str:
         """Name of files: which plane, and what differs from the defaults."""

@@ -261,11 +261,7 @@ class Slice:
         s = self.settings
         return {
             "schema": SCHEMA,
-            "model": s.model.name,
-            "setting": s.model.setting_json(s.setting),
-            "along": s.along,
-            "against": s.against,
-            **s.model.setting_json(s.setting),
+            **s.model.head_json(s.setting, s.along, s.against),
             f"{s.control.key}_range": [s.low, s.high],
             "tolerance": s.tolerance,
             "seconds": round(self.seconds, 3),
