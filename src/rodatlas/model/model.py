@@ -133,8 +133,9 @@ class Model:
     def identity(self) -> dict[str, object]:
         """Name, and a digest of the problem unless its code is part of the package."""
         from rodatlas.continuation.problem.fingerprint import fingerprint
+        from rodatlas.model.registry import place_of
 
-        own = self.build.__module__.split(".")[0] == "rodatlas"
+        own = place_of(self).startswith("rodatlas.")
         found: dict[str, object] = {"model": self.name}
         return found if own else {**found, "problem": fingerprint(self.problem)}
 
