@@ -35,11 +35,11 @@ from rodatlas.rods.units import BandUnits, ClampErrors
 from rodatlas.rods.width import width_effect
 
 __all__ = [
-    "NARROW", "Band", "BandUnits", "Carried", "ClampErrors", "Clamps", "Contact", "ElasticRod", "Ends", "IndexResult", "LinearLaw",
-    "Mode", "Pose", "RodState", "SecondVariationResult", "anisotropic_rod", "asymmetry", "bending_ratio", "clamped_band", "carried",
-    "critical_mode", "critical_modes", "elastic_rod", "fixes", "from_reduced", "half_twist", "has_partner",
-    "index_nodes", "index_of", "is_symmetric", "is_twisted", "limiting_shear", "mirror_angle", "mirror_shear",
-    "morse_index", "pair_member", "planar_states", "plus_member", "reduced_problem", "reverse", "rod_model", "rod_problem",
-    "second_variation_index", "self_contact", "state_at", "symmetries_at", "to_reduced", "twisted_states",
-    "width_effect",
+    "NARROW", "Band", "BandUnits", "Carried", "ClampErrors", "Clamps", "Contact", "ElasticRod", "Ends", "IndexResult",
+    "LinearLaw", "Mode", "Pose", "RodState", "SecondVariationResult", "anisotropic_rod", "asymmetry", "bending_ratio",
+    "carried", "clamped_band", "critical_mode", "critical_modes", "elastic_rod", "fixes", "from_reduced", "half_twist",
+    "has_partner", "index_nodes", "index_of", "is_symmetric", "is_twisted", "limiting_shear", "mirror_angle",
+    "mirror_shear", "morse_index", "pair_member", "planar_states", "plus_member", "reduced_problem", "reverse",
+    "rod_model", "rod_problem", "second_variation_index", "self_contact", "state_at", "symmetries_at", "to_reduced",
+    "twisted_states", "width_effect",
 ]  # fmt: skip

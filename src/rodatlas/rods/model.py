@@ -8,13 +8,13 @@ from functools import lru_cache
 from typing import TYPE_CHECKING, Any
 
 from rodatlas.continuation import BVP, NotConverged, Solution
-from rodatlas.model import Control, Invariant, Model, Quantity, Seed, Setting
 from rodatlas.continuation.checks import check_type
+from rodatlas.model import Control, Invariant, Model, Quantity, Seed, Setting
 from rodatlas.model.control import Limits, Range
 from rodatlas.model.model import Keep, Source
+from rodatlas.rods.band import EDGE, NARROW, bending_ratio, limiting_shear, near_limit
 from rodatlas.rods.elastic import ElasticRod
 from rodatlas.rods.ends import MOST_TWIST
-from rodatlas.rods.band import EDGE, NARROW, bending_ratio, limiting_shear, near_limit
 
 if TYPE_CHECKING:
     from rodatlas.rods.formulation import Formulation
