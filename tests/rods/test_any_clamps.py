@@ -5,9 +5,9 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from frame_shooting import Poses, shoot
 from scipy.spatial.transform import Rotation
 
+from frame_shooting import Poses, shoot
 from rodatlas.continuation import EndReason, MeshControl, NewtonOptions, TraceOptions, solve
 from rodatlas.continuation.problem.symmetry import NotRespected, Symmetry, checked
 from rodatlas.rods import (
@@ -137,6 +137,11 @@ def test_images_of_a_state_between_any_clamps_are_states(general, image):
     back = image(there)
     assert back.parameters == pytest.approx(general.parameters, abs=1e-15)
     assert np.abs(back.values) == pytest.approx(np.abs(general.values), abs=1e-12)
+
+
+def test_a_state_tells_how_its_clamps_differ(general):
+    said = repr(RodState(general))
+    assert "dY 0.15, turn_left -0.1309, turn_right 0.1309, twist_left 0.25, twist_right 1.22173: height" in said
 
 
 def test_reversal_exchanges_unequal_clamps(unequal):
