@@ -74,6 +74,11 @@ def test_settings_are_told_with_their_units(solution):
     assert setting_text(nu=0.25, dL=0.5) == r"$\Delta L=0.5\,L$,  $\nu=0.25$"
     assert setting_of(solution) == r"$\psi_0=45^\circ$,  $\Delta L=0.5\,L$,  $\Delta D=0.2\,L$,  $EI_1/GJ=0.625$"
     assert "psi" not in setting_of(solution, without=("psi0",))
+    other = solution.with_parameters(turn_left=np.radians(-5.0), dY=0.1, twist_right=np.radians(30.0))
+    assert setting_of(other, without=("dL", "dD", "a")) == (
+        r"$\psi_\mathrm{left}=40^\circ$,  $\psi_\mathrm{right}=45^\circ$,  $\Delta Y=0.1\,L$,  "
+        r"$\varphi_\mathrm{right}=30^\circ$"
+    )
     assert isinstance(solution, Solution)
 
 

@@ -21,7 +21,12 @@ TWIST_LABEL = r"twist $\tau$  ($1/L$)"
 # symbol and unit of each quantity, in the order in which they stand above a figure
 QUANTITIES = {
     "psi0": (r"\psi_0", r"^\circ"),
+    "left": (r"\psi_\mathrm{left}", r"^\circ"),
+    "right": (r"\psi_\mathrm{right}", r"^\circ"),
     "dL": (r"\Delta L", r"\,L"),
+    "dY": (r"\Delta Y", r"\,L"),
+    "twist_left": (r"\varphi_\mathrm{left}", r"^\circ"),
+    "twist_right": (r"\varphi_\mathrm{right}", r"^\circ"),
     "dD": (r"\Delta D", r"\,L"),
     "nu": (r"\nu", ""),
     "a": (r"EI_1/GJ", ""),
@@ -29,7 +34,7 @@ QUANTITIES = {
 
 
 def equation(name: str, value: float, digits: int = 6) -> str:
-    """A quantity and its value: the angle psi0 in degrees, dL and dD in units of L, nu, or a = EI1/GJ."""
+    """A quantity of `QUANTITIES` and its value: angles in degrees, dL, dY and dD in units of L, nu, or a = EI1/GJ."""
     symbol, unit = QUANTITIES[name]
     return rf"${symbol}={round(value, 9) + 0.0:.{digits}g}{unit}$"
 
@@ -39,12 +44,22 @@ def setting_text(**values: float) -> str:
 
     Parameters
     ----------
-    values : psi0 in degrees, dL and dD in units of L, nu, a.
+    values : angles in degrees, dL, dY and dD in units of L, nu, a.
     """
     return ",  ".join(equation(name, values[name]) for name in QUANTITIES if name in values)
 
 
 def setting_of(solution: Solution, without: Collection[str] = ()) -> str:
-    """The setting of one solution of a rod problem: what stands in its parameters, but for those left out."""
-    values = {name: solution[name] for name in ("dL", "dD", "a")} | {"psi0": float(np.degrees(solution["psi0"]))}
+    """The setting of one solution of a rod problem: what stands in its parameters, but for those left out.
+
+    Both angles where they differ; offset and twists where there are any.
+    """
+    known = dict(zip(solution.parameter_names, solution.parameters.tolist(), strict=True))
+    values = {name: known[name] for name in ("dL", "dD", "a")}
+    turns = {"left": known.get("turn_left", 0.0), "right": known.get("turn_right", 0.0)}
+    angles = {side: known["psi0"] + turn for side, turn in turns.items()} if any(turns.values()) else {}
+    angles = angles or {"psi0": known["psi0"]}
+    angles |= {name: known[name] for name in ("twist_left", "twist_right") if known.get(name)}
+    values |= {name: float(np.degrees(angle)) for name, angle in angles.items()}
+    values |= {"dY": known["dY"]} if known.get("dY") else {}
     return setting_text(**{name: value for name, value in values.items() if name not in without})
