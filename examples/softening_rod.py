@@ -6,8 +6,8 @@ The package knows linear laws. This one is written here: the curvature about the
 
 .. math:: \kappa_1 = M_1/a + g M_1^3, \qquad \kappa_2 = c_2 M_2, \qquad \tau = M_3,
 
-as of a metal strip near yield (W. Ramberg and W. R. Osgood (1943), NACA Technical Note 902, with a cubic in place of
-their power). Its complementary energy is H = M_1^2/(2a) + g M_1^4/4 + c_2 M_2^2/2 + M_3^2/2, and W = M.k - H. The rod is
+as of a metal strip near yield (W. Ramberg and W. R. Osgood (1943), NACA Technical Note 902, with a cubic in place
+of their power). Its complementary energy is H = M_1^2/(2a) + g M_1^4/4 + c_2 M_2^2/2 + M_3^2/2; W = M.k - H. The rod
 held between the clamps of Yu and Hanna. With g = 0 and c2 = 0 it is their band.
 """
 
