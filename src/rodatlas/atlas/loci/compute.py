@@ -71,7 +71,7 @@ def compute_loci(
             work.follow(
                 event, "" if event.number in wanted else f", from which {_drawn_from(event, wanted, settings)} may come"
             )
-        if not tables.known and place != first and not numbers:
+        if not tables.known and not numbers:
             work.follow_others(slices[-1], place)
         work.number(anchors, wanted, needed)
     others = [e for e in anchors if e.number not in needed]
