@@ -60,7 +60,8 @@ def compute_loci(
     needed = with_sources(wanted, tables)
     anchors: list[Event] = []
     first, *more = [a for a in settings.starts if settings.second_low <= a <= settings.second_high]
-    for place in (first, *(a for a in more if not tables.known or a in [tables.elsewhere.get(n) for n in wanted])):
+    further = [a for a in more if (a in [tables.elsewhere.get(n) for n in wanted] if tables.known else not numbers)]
+    for place in (first, *further):
         slices.append(_slice_at(place, slice_of, settings))
         here, several = _anchors(slices[-1], wanted, place, first, settings)
         if not tables.known and place == first and not numbers:
