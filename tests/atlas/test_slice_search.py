@@ -11,8 +11,8 @@ from rodatlas.atlas.slices.follow import trace_options
 from rodatlas.atlas.slices.search import Search, search_at, searched_shears
 from rodatlas.atlas.slices.segments import stable_segments
 from rodatlas.continuation import trace
+from rodatlas.paper.names.segments import OTHER, name_parts
 from rodatlas.rods import RodState, is_symmetric, rod_problem, second_variation_index
-from rodatlas.states import OTHER, name_parts
 from rodatlas.states.labels import parse_label
 
 SHEARS = (0.624,)
