@@ -243,14 +243,16 @@ class Model:
 
     def setting_text(self, setting: Mapping[str, float]) -> str:
         """Values of the controls at a setting, those left out that are zero by default and here: 'angle 15 deg'."""
-        told = [c for c in reversed(self.controls) if c.name in setting and (setting[c.name] != 0.0 or c.default != 0.0)]
+        held = [c for c in reversed(self.controls) if c.name in setting]
+        told = [c for c in held if setting[c.name] != 0.0 or c.default != 0.0]
         return ", ".join(f"{c.name} {setting[c.name]:g}{f' {c.unit}' if c.unit else ''}" for c in told)
 
     def stem_parts(self, setting: Mapping[str, float]) -> list[str]:
         """Parts of names of files that tell a setting from others: '15', 'dL0.4'."""
         held = [c for c in reversed(self.controls) if c.name in setting]
         first = [exact(setting[c.name]) for c in held if c.short == ""]
-        other = [f"{c.in_files}{exact(setting[c.name])}" for c in held if c.short != "" and setting[c.name] != c.default]
+        differ = [c for c in held if c.short != "" and setting[c.name] != c.default]
+        other = [f"{c.in_files}{exact(setting[c.name])}" for c in differ]
         return [*([] if self.name == DEFAULT else [self.name]), *first, *other]
 
 

@@ -39,8 +39,9 @@ class Quantity:
 
     @property
     def label(self) -> str:
-        """Of an axis."""
-        return f"{self.what or self.name} ${self.symbol}${f' [${self.unit}$]' if self.unit else ''}"
+        """Of an axis: 'energy $E$  ($GJ/L$)'."""
+        unit = f"units of ${self.unit}$" if self.unit.isalpha() else f"${self.unit}$"
+        return f"{self.what or self.name} ${self.symbol}${f'  ({unit})' if self.unit else ''}"
 
 
 @dataclass(frozen=True)

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, cast
 import numpy as np
 
 from rodatlas.continuation.checks import check_has
-from rodatlas.plot.heading import ANGLE_LABEL, SHEAR_LABEL, setting_text
+from rodatlas.plot.heading import setting_text
 from rodatlas.plot.labels import label_lines
 from rodatlas.plot.style import INK, TWO_COLUMN, UNNAMED, check_axes, new_figure, styled
 

@@ -1,4 +1,4 @@
-"""The clamped band as a model: what of it can be varied, how its states are told apart, and where its branches start."""
+"""The clamped band as a model: what of it can be varied, how its states are told apart, where its branches start."""
 
 from __future__ import annotations
 
@@ -63,11 +63,11 @@ def _offsets(setting: Mapping[str, float]) -> Limits:
 CONTROLS = (  # in the order in which a state is carried to another setting
     Control("poisson", "a", r"\nu", 0.25, scale=2.0, origin=-1.0, limits=_ratios, usual=lambda at: (-0.5, 0.5),
             what="Poisson's ratio", short="nu"),
-    Control("compression", "dL", r"\Delta L", 0.5, limits=_compressions, usual=lambda at: (0.02, 0.95),
+    Control("compression", "dL", r"\Delta L", 0.5, of="L", limits=_compressions, usual=lambda at: (0.02, 0.95),
             what="compression", short="dL"),
     Control("angle", "psi0", r"\psi_0", 15.0, "deg", limits=_angles, usual=lambda at: (0.0, 85.0), what="clamp angle",
             short=""),
-    Control("shear", "dD", r"\Delta D", 0.0, limits=shear_limits, usual=usual_shears,
+    Control("shear", "dD", r"\Delta D", 0.0, of="L", limits=shear_limits, usual=usual_shears,
             care=lambda value, at: near_limit(value, at["compression"]), what="shear",
             short="dD"),
 )  # fmt: skip
@@ -88,7 +88,7 @@ def _load(field: str, axis: int) -> Callable[[Solution], float]:
 
 
 QUANTITIES = (
-    Quantity.of("height", "h", what="height"),
+    Quantity.of("height", r"h=\int y\,\mathrm{d}s", "L", "height"),
     Quantity.of("energy", "E", "GJ/L", "energy"),
     Quantity("force-x", "n_x", _load("force", 0), "GJ/L^2", what="force along the chord", conjugate="compression"),
     Quantity("force-y", "n_y", _load("force", 1), "GJ/L^2", what="force across the clamp plane", conjugate="offset"),

@@ -8,13 +8,17 @@ from typing import Any
 
 from rodatlas.continuation import Solution, SpecialPoint
 from rodatlas.model import Model, Part
+from rodatlas.model.nomenclature import PALETTE
 from rodatlas.model.orbit import same_state
 from rodatlas.paper.names.cuts import cut_segment
 from rodatlas.paper.names.numbering import ENDS, number_neighbors, number_without_states
 from rodatlas.states.names import NAMES, OTHER, name_parts
 from rodatlas.states.winding import is_curled
 
-COLORS: dict[str, str] = {}
+COLORS = dict(
+    zip(("U", "US+-", "uUu", "w", "W", "WS+-", "uUui", "wi", "S+-", "TU+-", "TW+-"), PALETTE, strict=True)
+)
+"""One color for each state, the same in every figure."""
 EQUAL = ("turn-left", "turn-right", "offset", "twist")  # controls that are zero between the clamps of the paper
 
 
