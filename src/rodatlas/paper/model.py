@@ -83,7 +83,23 @@ def band_slice(
     >>> found = compute_slice(band_slice(15.0))
     """
     fixed = band().setting(poisson=poisson, compression=compression, angle=angle_deg)
-    limit, usual = shear_limits(fixed).high, usual_shears(fixed)
+    low, high = shear_range(fixed, shear_max, shear_min)
+    return SliceSettings.of(band(), low=low, high=high, tolerance=tolerance, search=search, poisson=poisson,
+                            compression=compression, angle=angle_deg)  # fmt: skip
+
+
+def shear_range(
+    setting: Setting, shear_max: float | None = None, shear_min: float | None = None
+) -> tuple[float, float]:  # fmt: skip
+    """Least and largest shear of a slice around zero, inside the limiting shear; the usual ones by default.
+
+    Raises
+    ------
+    ValueError
+        for an end on the wrong side of zero, or beyond the limiting shear.
+    """
+    compression = setting["compression"]
+    limit, usual = shear_limits(setting).high, usual_shears(setting)
     below, least = math.nextafter(limit, 0.0), LEAST_SHEAR_MAX * min(1.0, limit / math.sqrt(0.75))
     if shear_max is not None:
         check_number(
@@ -92,6 +108,4 @@ def band_slice(
         )  # fmt: skip
     if shear_min is not None:
         check_number("shear-min", shear_min, -below, 0.0, f"a number between -{limit:.6f} and 0 (included)")
-    low, high = (use if given is None else given for given, use in zip((shear_min, shear_max), usual, strict=True))
-    return SliceSettings.of(band(), low=low, high=high, tolerance=tolerance, search=search, poisson=poisson,
-                            compression=compression, angle=angle_deg)  # fmt: skip
+    return (usual[0] if shear_min is None else shear_min), (usual[1] if shear_max is None else shear_max)

@@ -6,6 +6,7 @@ from functools import lru_cache
 from typing import TYPE_CHECKING
 
 from rodatlas.paper.drawn import Drawn, Number
+from rodatlas.paper.model import band
 
 if TYPE_CHECKING:
     from rodatlas.continuation import Solution
@@ -26,7 +27,7 @@ def draw(sources: Sources) -> Drawn:
         f"The band at {ANGLE_DEG:g} degrees as the shear grows: curvature and twist of the rod. At shear {where:.5f} "
         "the middle is straight; beyond, it is bent the other way, with two more inflections."
     )
-    return Drawn(draw_sequence(states, "dD"), caption, numbers_of(where), _REMARKS)
+    return Drawn(draw_sequence(states, band().control("shear")), caption, numbers_of(where), _REMARKS)
 
 
 _REMARKS = (
@@ -47,7 +48,7 @@ def inflection_shear() -> float:
     """The shear at which k1(1/2) = 0."""
     from scipy.optimize import brentq
 
-    from rodatlas.atlas.slices.match import state_at_shear as solved
+    from rodatlas.atlas.slices.match import state_at as solved
     from rodatlas.paper.sources import slice_settings
     from rodatlas.states.names import middle_curvature
 

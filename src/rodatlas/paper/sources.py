@@ -82,6 +82,6 @@ class Sources:
 
 def slice_settings(angle_deg: float, shear_max: float | None = None) -> SliceSettings:
     """Settings of a slice of the paper."""
-    from rodatlas.atlas import SliceSettings
+    from rodatlas.paper.model import band_slice
 
-    return SliceSettings(angle_deg, shear_max=shear_max)  # type: ignore[arg-type]
+    return band_slice(angle_deg, shear_max=shear_max)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
+from itertools import pairwise
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -34,6 +35,7 @@ if TYPE_CHECKING:
 NUMBER_SIZE, NAME_SIZE, NOTE_SIZE = 7.5, 9.0, 7.0
 NEAR_LIMIT = 0.08  # a limit of what varies is shown when the range ends this near to it, as a part of the limit
 ZERO = 0.5  # of the extent of all responses: the line of zero is shown where it is no farther from them
+BACK = -0.9  # cosine of the turn between two steps of a curve that goes back on itself
 GUTTER = 0.0138  # of the range, at both sides of it
 ROOMY = 6.0  # axes of so many inches have room for the whole legend beside the setting
 ROW: dict[str, Any] = {
@@ -276,9 +278,20 @@ def _draw_stretches(stretches: list[Stretch], ax: Axes) -> None:
             ax.plot(*stretch.xy.T, color=stretch.color, lw=STABLE_WIDTH, zorder=3, gid="stable")
             draw_overlaps([o for o in overlaps if o.top is stretch], ax)
             continue
-        for piece in uncovered(stretch.xy, to_points(ax, stretch.xy), drawn):
-            ax.plot(*piece.T, color=UNSTABLE, lw=UNSTABLE_WIDTH, dashes=UNSTABLE_DASHES, zorder=2, gid="unstable")
-        drawn = np.concatenate([drawn, dense(to_points(ax, stretch.xy), 0.5)])
+        for way in _ways(stretch.xy, ax):
+            for piece in uncovered(way, to_points(ax, way), drawn):
+                ax.plot(*piece.T, color=UNSTABLE, lw=UNSTABLE_WIDTH, dashes=UNSTABLE_DASHES, zorder=2, gid="unstable")
+            drawn = np.concatenate([drawn, dense(to_points(ax, way), 0.5)])
+
+
+def _ways(xy: np.ndarray, ax: Axes) -> list[np.ndarray]:
+    """A curve cut where it goes straight back, as one that passes a pitchfork between images of one response."""
+    steps = np.diff(to_points(ax, xy), axis=0)
+    cosine = np.einsum("ij,ij->i", steps[1:], steps[:-1]) / np.maximum(
+        np.hypot(*steps[1:].T) * np.hypot(*steps[:-1].T), 1e-300
+    )
+    cuts = [0, *(np.flatnonzero(cosine < BACK) + 1).tolist(), len(xy) - 1]
+    return [xy[a : b + 1] for a, b in pairwise(cuts)]
 
 
 def _draw_event(event: Mark, ax: Axes) -> None:

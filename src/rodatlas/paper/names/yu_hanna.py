@@ -30,7 +30,7 @@ class YuHanna:
     model : whose states are named.
     """
 
-    names = NAMES
+    names: tuple[str, ...] = NAMES
     other = OTHER
     colors: Mapping[str, str] = COLORS
 
