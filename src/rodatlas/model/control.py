@@ -45,6 +45,7 @@ class Control:
     scale, origin, added : see the formula; `added` are names of parameters.
     limits : what can be computed, at the values of the other controls.
     usual : the range that is followed where none is given, at those values; None: it has to be given.
+    wide : the same for planes and loci; as `usual` where it is None.
     care : what a reader should know of results at a value, '' where nothing is to be said.
     derived : whether it only says in another way what a control of the same parameter says: settings do not hold it.
     what : in words, for help pages and axes.
@@ -62,6 +63,7 @@ class Control:
     added: tuple[str, ...] = ()
     limits: Callable[[Mapping[str, float]], Limits] = everywhere
     usual: Callable[[Mapping[str, float]], Range] | None = None
+    wide: Callable[[Mapping[str, float]], Range] | None = None
     care: Callable[[float, Mapping[str, float]], str] | None = None
     derived: bool = False
     what: str = ""

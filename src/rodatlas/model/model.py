@@ -147,6 +147,13 @@ class Model:
             raise ValueError(f"{field}: expected one of {', '.join(known)}, got '{name}'")
         return known[name]
 
+    @property
+    def plane(self) -> tuple[str, str]:
+        """The controls of the plane that is looked at by default, the one along slices last."""
+        held = [c for c in self.controls if not c.derived]
+        first = [c.name for c in held if c.short == ""]
+        return (first or [c.name for c in held[:-1]] or [""])[-1], held[-1].name
+
     def setting(self, **values: float) -> Setting:
         """Values of all controls, those that are not given by default; underscores stand for dashes in their names.
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
 from typing import Any, NamedTuple, Protocol
 
 from rodatlas.continuation import Solution
@@ -24,6 +25,31 @@ class Part(NamedTuple):
     last: int
 
 
+@dataclass(frozen=True)
+class LocusTables:
+    """What a nomenclature knows of the loci of its numbered bifurcations in a plane of two controls.
+
+    Attributes
+    ----------
+    known : all numbers; empty: those of the slices that loci start from.
+    starts : values of the second control at whose slices bifurcations are looked for, the first of which gives numbers
+        to all that it has; empty: chosen in the range.
+    elsewhere : numbers that are found at another of these values.
+    successors : (number, kinds of the turns passed from there on) -> number.
+    born : number of a pitchfork -> that of the fold born where it turns subcritical.
+    shared : number -> another one on the same curve, which is followed from there.
+    roles : what the locus of a number bounds, (name of a state, 'low' or 'high' end); empty: as the slices show.
+    """
+
+    known: tuple[int, ...] = ()
+    starts: tuple[float, ...] = ()
+    elsewhere: Mapping[int, float] = field(default_factory=dict)
+    successors: Mapping[tuple[int, tuple[str, ...]], int] = field(default_factory=dict)
+    born: Mapping[int, int] = field(default_factory=dict)
+    shared: Mapping[int, int] = field(default_factory=dict)
+    roles: Mapping[int, frozenset[tuple[str, str]]] = field(default_factory=dict)
+
+
 class Nomenclature(Protocol):
     """Names that a field knows, for settings at which it knows them.
 
@@ -34,9 +60,14 @@ class Nomenclature(Protocol):
     colors : of the names, as matplotlib takes them.
     """
 
-    names: tuple[str, ...]
-    other: str
-    colors: Mapping[str, str]
+    @property
+    def names(self) -> tuple[str, ...]: ...
+
+    @property
+    def other(self) -> str: ...
+
+    @property
+    def colors(self) -> Mapping[str, str]: ...
 
     def applies(self, setting: Mapping[str, float], along: str) -> bool:
         """Whether states of a diagram at a setting have these names."""
@@ -56,3 +87,12 @@ class Nomenclature(Protocol):
         ----------
         event_at : the event of a located point.
         """
+
+    def in_plane(self, name: str) -> str:
+        """What a state of a slice is called where many slices are compared."""
+
+    def tables(self, along: str, second: str) -> LocusTables:
+        """What is known of loci in a plane."""
+
+    def change(self, before: str, after: str) -> Callable[[Solution], float] | None:
+        """A number that vanishes, or is least, where a state changes its name smoothly; None where names do not."""

@@ -6,6 +6,8 @@ import math
 from dataclasses import replace
 from functools import lru_cache
 
+from rodatlas.atlas.loci.settings import LociSettings
+from rodatlas.atlas.phase.settings import PhaseSettings
 from rodatlas.atlas.slices.settings import SliceSettings
 from rodatlas.continuation import Solution
 from rodatlas.continuation.checks import check_number
@@ -109,3 +111,39 @@ def shear_range(
     if shear_min is not None:
         check_number("shear-min", shear_min, -below, 0.0, f"a number between -{limit:.6f} and 0 (included)")
     return (usual[0] if shear_min is None else shear_min), (usual[1] if shear_max is None else shear_max)
+
+
+def band_loci(
+    compression: float = 0.5, poisson: float = 0.25, angle_max: float = 80.0, tolerance: float = 1e-8
+) -> LociSettings:
+    """Settings of the loci of the band of the paper, in angle and shear.
+
+    Parameters
+    ----------
+    compression, poisson, tolerance : as for :func:`band_slice`.
+    angle_max : largest clamp angle in degrees; the smallest is zero.
+    """
+    check_number("angle-max", angle_max, REFERENCE_ANGLE_DEG, 89.999999, "degrees with 15 <= angle-max < 90")
+    return LociSettings.of(
+        band(), second_high=angle_max, compression=compression, poisson=poisson, tolerance=tolerance
+    )
+
+
+def band_phase(
+    compression: float = 0.5, poisson: float = 0.25, angle_min: float = 0.0, angle_max: float = 80.0,
+    tolerance: float = 1e-8,
+) -> PhaseSettings:  # fmt: skip
+    """Settings of the plane of angle and shear of the band of the paper, or of a window of it.
+
+    Parameters
+    ----------
+    compression, poisson, tolerance : as for :func:`band_slice`.
+    angle_min, angle_max : range of the clamp angle in degrees; loci are followed from 0 to 80 degrees at least.
+    """
+    check_number("angle-min", angle_min, 0.0, 89.0, "degrees with 0 <= angle-min <= 89")
+    least = angle_min + 0.01
+    check_number("angle-max", angle_max, least, 89.999999, f"degrees with {least:g} <= angle-max < 90")
+    whole = PhaseSettings.of(
+        band(), second_high=max(angle_max, 80.0), compression=compression, poisson=poisson, tolerance=tolerance
+    )
+    return whole.window(angle_min, angle_max)

@@ -35,6 +35,12 @@ def usual_shears(setting: Mapping[str, float]) -> Range:
     return -round(0.05 * part, 9), round(0.82 * part, 9)
 
 
+def wide_shears(setting: Mapping[str, float]) -> Range:
+    """-0.1 to 0.86 at dL = 1/2, and the same parts of the limiting shear at other compressions."""
+    part = limiting_shear(setting["compression"]) / limiting_shear(REFERENCE_COMPRESSION)
+    return -0.1 * part, 0.86 * part
+
+
 def _compressions(setting: Mapping[str, float]) -> Limits:
     """Between the straight band and one whose clamps meet."""
     least = 1.0 - math.sqrt(1.0 - min(abs(setting.get("shear", 0.0)), 1.0) ** 2)
@@ -65,9 +71,10 @@ CONTROLS = (  # in the order in which a state is carried to another setting
             what="Poisson's ratio", short="nu"),
     Control("compression", "dL", r"\Delta L", 0.5, of="L", limits=_compressions, usual=lambda at: (0.02, 0.95),
             what="compression", short="dL"),
-    Control("angle", "psi0", r"\psi_0", 15.0, "deg", limits=_angles, usual=lambda at: (0.0, 85.0), what="clamp angle",
+    Control("angle", "psi0", r"\psi_0", 15.0, "deg", limits=_angles, usual=lambda at: (0.0, 85.0),
+            wide=lambda at: (0.0, 80.0), what="clamp angle",
             short=""),
-    Control("shear", "dD", r"\Delta D", 0.0, of="L", limits=shear_limits, usual=usual_shears,
+    Control("shear", "dD", r"\Delta D", 0.0, of="L", limits=shear_limits, usual=usual_shears, wide=wide_shears,
             care=lambda value, at: near_limit(value, at["compression"]), what="shear",
             short="dD"),
 )  # fmt: skip

@@ -1,1 +1,5 @@
-"""Loci of numbered bifurcations in clamp angle and shear: `compute`, `numbering`, `result` and `store` (its file)."""
+"""Loci of the bifurcations of slices in a plane of two controls.
+
+`settings` (the plane), `stretches` (curves cut where the second control turns), `partners` (what else must be
+followed), `compute`; `events` (special points in words), `result` and `store` (its file).
+"""

@@ -8,18 +8,18 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from rodatlas.atlas.loci.numbering import SAME, same_place
-from rodatlas.atlas.loci.result import Piece, point_of
-from rodatlas.atlas.slices.numbering import ENDS
+from rodatlas.atlas.loci.result import Piece
+from rodatlas.atlas.loci.settings import PlaneSettings
+from rodatlas.atlas.loci.stretches import SAME, same_place
 from rodatlas.continuation import LocusEvent
-from rodatlas.rods.symmetry import is_symmetric
+from rodatlas.model.orbit import is_alone
 
 RANK = ("criticality", "coalescence", "crossing", "cusp", "extremum")  # what a point is that is several of these
-NO_SHEAR = 1e-6  # at a smaller shear a locus meets its image in the shear mirror
+ON_MIRROR = 1e-6  # units: nearer to zero a locus meets its image, where a mirror turns the sign of what varies
 
 
 class Role(NamedTuple):
-    """A locus bounds the range of shear of a stable state: its name, and which end."""
+    """A locus bounds the range of a stable state: its name, and which end."""
 
     state: str
     side: str  # 'low' or 'high'
@@ -31,17 +31,18 @@ Roles = Mapping[str, frozenset[Role]]
 
 @dataclass(frozen=True)
 class PlaneEvent:
-    """A special point in the plane of angle and shear.
+    """A special point in the plane of two controls.
 
     Attributes
     ----------
     kind : 'cusp', 'extremum', 'criticality', 'coalescence' or 'crossing', as of a
         :class:`rodatlas.continuation.LocusEvent`.
-    parameter : 'angle' or 'shear' of an extremum, else ''.
-    angle_deg, shear, height : where it is.
-    ending : labels of the loci that end there, all on the side `above`, in order of shear near by.
+    parameter : the control that is extreme, of an extremum, else ''.
+    second, value, response : where it is: second control, control along slices, and quantity.
+    ending : labels of the loci that end there, all on the side `above`, in order of their values near by.
     passing : labels of those that go through.
-    above : whether the loci that end there exist at larger angles.
+    above : whether the loci that end there exist at larger values of the second control.
+    mirrored : whether loci meet their own images there.
     status : 'converged', or 'bracketed' when it is known to the bracket only.
     symmetric : whether the solution there equals its reversal.
     what : what happens to the solutions, in the words of the engine.
@@ -50,9 +51,9 @@ class PlaneEvent:
 
     kind: str
     parameter: str
-    angle_deg: float
-    shear: float
-    height: float
+    second: float
+    value: float
+    response: float
     ending: tuple[str, ...]
     passing: tuple[str, ...]
     above: bool
@@ -61,26 +62,28 @@ class PlaneEvent:
     what: str
     description: str = ""
     kinds: Mapping[str, str] = field(default_factory=dict, repr=False)  # label -> kind of locus
+    mirrored: bool = False
+    words: Mapping[str, str] = field(default_factory=dict, repr=False)  # 'along' and 'second' -> names of the controls
 
     @property
     def labels(self) -> tuple[str, ...]:
         """All loci that it belongs to."""
         return tuple(sorted({*self.ending, *self.passing}, key=_order))
 
-    def holds(self, event: LocusEvent) -> bool:
+    def holds(self, place: Sequence[float], settings: PlaneSettings) -> bool:
         """Whether a special point of one locus is this one."""
-        place = (self.angle_deg, self.shear, self.height)
-        return max(abs(a - b) for a, b in zip(point_of(event), place, strict=True)) < SAME
+        return settings.near((self.second, self.value, self.response), place, SAME)
 
-    def to_json(self) -> dict[str, Any]:
+    def to_json(self, settings: PlaneSettings) -> dict[str, Any]:
         """As plain values."""
         return {
-            "kind": self.kind, "parameter": self.parameter, "angle_deg": self.angle_deg, "shear": self.shear,
-            "height": self.height, "loci": list(self.labels), "status": self.status, "description": self.description,
+            "kind": self.kind, "parameter": self.parameter, settings.second_control.key: self.second,
+            settings.along_control.key: self.value, settings.against: self.response, "loci": list(self.labels),
+            "status": self.status, "description": self.description,
         }  # fmt: skip
 
 
-def labels(pieces: Sequence[Piece]) -> list[str]:
+def labels(pieces: Sequence[Piece], settings: PlaneSettings) -> list[str]:
     """A short name for each piece: its number, or for one without the number of the nearest on its curve and a prime.
 
     What shrinks to a point, between two turns at one place, has the name ''.
@@ -94,75 +97,74 @@ def labels(pieces: Sequence[Piece]) -> list[str]:
         name = f"{pieces[min(known)[1]].number}'" if known else f"c{piece.curve}'"
         while name in found:
             name += "'"
-        found.append(name if np.ptp(piece.angles_deg) > SAME else "")
+        found.append(name if np.ptp(piece.span) > SAME * settings.units[0] else "")
     return found
 
 
-def defined_roles() -> dict[str, frozenset[Role]]:
-    """What the numbered loci bound, by the definition of their numbers."""
-    found: dict[str, set[Role]] = {}
-    for (state, side, _), number in ENDS.items():
-        found.setdefault(str(number), set()).add(Role(state, side))
-    return {label: frozenset(roles) for label, roles in found.items()}
+def plane_events(
+    pieces: Sequence[Piece], settings: PlaneSettings, roles: Mapping[int, frozenset[tuple[str, str]]]
+) -> tuple[PlaneEvent, ...]:
+    """The special points of pieces of loci, each once, in order of both controls, with descriptions.
 
-
-def plane_events(pieces: Sequence[Piece]) -> tuple[PlaneEvent, ...]:
-    """The special points of pieces of loci, each once, in order of angle and shear, with descriptions."""
-    names, roles = labels(pieces), defined_roles()
+    Parameters
+    ----------
+    roles : what numbered loci bound.
+    """
+    names = labels(pieces, settings)
+    by_label = {str(number): frozenset(Role(*role) for role in some) for number, some in roles.items()}
     groups: list[list[tuple[int, LocusEvent]]] = []
     for i, piece in enumerate(pieces):
         for event in piece.own if names[i] else ():
-            home = next((g for g in groups if _joins(g, event)), None)
+            home = next((g for g in groups if same_place(g[0][1], event, settings)), None)
             if home is None:
                 groups.append([(i, event)])
             else:
                 home.append((i, event))
-    events = [_merged(group, pieces, names) for group in groups]
-    events.sort(key=lambda e: (round(e.angle_deg, 6), e.shear))
-    return tuple(replace(e, description=describe(e, roles)) for e in events)
+    events = [_merged(group, pieces, names, settings) for group in groups]
+    events.sort(key=lambda e: (round(e.second, 6), e.value))
+    return tuple(replace(e, description=describe(e, by_label)) for e in events)
 
 
-def _joins(group: Sequence[tuple[int, LocusEvent]], event: LocusEvent) -> bool:
-    """Whether an event is at the place of a group; both parameters are extreme at a cusp."""
-    return same_place(group[0][1], event)
-
-
-def _merged(group: Sequence[tuple[int, LocusEvent]], pieces: Sequence[Piece], names: Sequence[str]) -> PlaneEvent:
+def _merged(
+    group: Sequence[tuple[int, LocusEvent]], pieces: Sequence[Piece], names: Sequence[str], settings: PlaneSettings
+) -> PlaneEvent:
     best = min((e for _, e in group), key=lambda e: (RANK.index(e.kind), e.status.value != "converged"))
-    ending = [i for i in dict.fromkeys(i for i, _ in group) if _ends_at(pieces[i], best)]
+    place = settings.point(best)
+    ending = [i for i in dict.fromkeys(i for i, _ in group) if _ends_at(pieces[i], place, settings)]
     passing = {names[i] for i, _ in group if i not in ending}
-    above = any(2 * best.solution["psi0"] < pieces[i].points[0]["psi0"] + pieces[i].points[-1]["psi0"] for i in ending)
-    angle, shear, height = point_of(best)
-    parameter = {"psi0": "angle", "dD": "shear"}.get(best.parameter, "") if best.kind == "extremum" else ""
-    what = best.what if parameter != "shear" else f"at fixed shear, {best.what}"
+    above = any(2 * place[0] < sum(pieces[i].span) for i in ending)
+    parameter = settings.control_of(best.parameter) if best.kind == "extremum" else ""
+    along = parameter == settings.along
+    what = best.what if not along else f"at fixed {settings.along}, {best.what}"
     kinds = {names[i]: pieces[i].kind for i, _ in group}
-    if parameter == "shear":
-        what = f"{'largest' if _is_highest(pieces[group[0][0]], best) else 'smallest'} shear; {what}"
+    if along:
+        size = "largest" if _is_highest(pieces[group[0][0]], place) else "smallest"
+        what = f"{size} {settings.along}; {what}"
     return PlaneEvent(
-        best.kind, parameter, angle, shear, height, tuple(names[i] for i in _upward(pieces, ending)),
+        best.kind, parameter, *place, tuple(names[i] for i in _upward(pieces, ending)),
         tuple(sorted(passing, key=_order)), above, best.status.value,
-        is_symmetric(best.solution), what, "", kinds,
+        is_alone(settings.model, best.solution), what, "", kinds,
+        settings.mirrored and abs(place[1]) < ON_MIRROR * settings.units[1],
+        {"along": settings.along, "second": settings.second},
     )  # fmt: skip
 
 
-def _ends_at(piece: Piece, event: LocusEvent) -> bool:
+def _ends_at(piece: Piece, place: Sequence[float], settings: PlaneSettings) -> bool:
     """Whether a special point is at an end of a piece."""
-    place = np.array(point_of(event))
-    ends = [(np.degrees(p["psi0"]), p["dD"], p["height"]) for p in (piece.points[0], piece.points[-1])]
-    return any(np.abs(place - end).max() < SAME for end in ends)
+    return any(settings.near(end, place, SAME) for end in (piece.places[0], piece.places[-1]))
 
 
 def _upward(pieces: Sequence[Piece], ending: Sequence[int]) -> list[int]:
-    """Pieces that end at one point, in order of their shear near by."""
-    low = max((pieces[i].angles_deg[0] for i in ending), default=0.0)
-    high = min((pieces[i].angles_deg[1] for i in ending), default=0.0)
+    """Pieces that end at one point, in order of their values near by."""
+    low = max((pieces[i].span[0] for i in ending), default=0.0)
+    high = min((pieces[i].span[1] for i in ending), default=0.0)
     return sorted(ending, key=lambda i: pieces[i].at(0.5 * (low + high))[0]) if high > low else list(ending)
 
 
-def _is_highest(piece: Piece, event: LocusEvent) -> bool:
-    """Whether the shear of a locus is largest, not smallest, at an extremum inside."""
-    near = np.argsort([abs(p["psi0"] - event.solution["psi0"]) for p in piece.points])[:3]
-    return float(np.mean([piece.points[i]["dD"] for i in near])) < event.solution["dD"]
+def _is_highest(piece: Piece, place: Sequence[float]) -> bool:
+    """Whether the value of a locus is largest, not smallest, at an extremum inside."""
+    near = np.argsort(np.abs(piece.places[:, 0] - place[0]))[:3]
+    return float(np.mean(piece.places[near, 1])) < place[1]
 
 
 def _order(label: str) -> tuple[int, str]:
@@ -177,7 +179,7 @@ def describe(event: PlaneEvent, roles: Roles, touching: tuple[str, str] | None =
     ----------
     roles : which states the loci bound.
     touching : names of the two branches that touch, where folds are born so.
-    turns : 'sub' or 'super', what a pitchfork becomes as the angle grows, if it is known otherwise.
+    turns : 'sub' or 'super', what a pitchfork becomes as the second control grows, if it is known otherwise.
     """
     if event.kind == "criticality":
         return _criticality(event, roles, turns)
@@ -190,15 +192,15 @@ def describe(event: PlaneEvent, roles: Roles, touching: tuple[str, str] | None =
         return f"fold {_list(folds)} passes {other}"
     if event.kind == "crossing":
         return f"{_kind(event, event.labels)} {_list(event.labels)} meets another branch point"
-    if event.parameter == "shear":
+    if event.parameter and event.parameter == event.words["along"]:
         return f"{_kind(event, event.labels)} {_list(event.labels)} reaches its {event.what.split(';')[0]}"
     return _meeting(event, roles, touching)
 
 
 def _meeting(event: PlaneEvent, roles: Roles, touching: tuple[str, str] | None) -> str:
-    """Two loci that end at one point: a cusp, or an angle at which they turn back."""
+    """Two loci that end at one point: a cusp, or where they turn back."""
     fold = all(event.kinds[n] == "fold" for n in event.ending)
-    images = [n for n in event.ending if n.endswith("'")] if abs(event.shear) < NO_SHEAR else []
+    images = [n for n in event.ending if n.endswith("'")] if event.mirrored else []
     named = [n for n in event.ending if n not in images]
     meet = f"{_kind(event, event.ending)}s {_list(named)}"
     if images:
@@ -226,7 +228,7 @@ def _meeting(event: PlaneEvent, roles: Roles, touching: tuple[str, str] | None) 
 
 
 def _lone(event: PlaneEvent, roles: Roles, mirrored: bool) -> str:
-    """The state whose range of shear shrinks to a point: it lies between the two loci that meet."""
+    """The state whose range shrinks to a point: it lies between the two loci that meet."""
     bounds = [roles.get(n, frozenset()) for n in event.ending]
     if mirrored:
         return min((a.state for bound in bounds for a in bound), default="")

@@ -8,24 +8,17 @@ from pathlib import Path
 
 from rodatlas.atlas.loci.cache import LocusFolder
 from rodatlas.atlas.loci.compute import compute_loci
-from rodatlas.atlas.loci.result import KNOWN, Loci, LociSettings
+from rodatlas.atlas.loci.result import Loci
+from rodatlas.atlas.loci.settings import LociSettings
 from rodatlas.atlas.loci.store import SCHEMA, read_loci
-from rodatlas.atlas.slices.obtain import obtain_slice, stem_of
+from rodatlas.atlas.slices.obtain import obtain_slice
 from rodatlas.atlas.slices.result import Slice
 from rodatlas.atlas.slices.settings import SliceSettings
 from rodatlas.atlas.stored import made_folder, peek, stored
 from rodatlas.atlas.unfinished import Say, silent
 from rodatlas.continuation.checks import check_type
-from rodatlas.files import claimed, exact
+from rodatlas.files import claimed
 from rodatlas.progress import Progress, tells
-
-
-def loci_stem_of(settings: LociSettings, numbers: Sequence[int] = ()) -> str:
-    """Name of the files of loci: which, unless all, and what differs from dL = 1/2, nu = 1/4, 80 degrees and 1e-8."""
-    wanted = sorted(set(numbers or KNOWN))
-    stem = "loci" if wanted == list(KNOWN) else f"loci-{'-'.join(map(str, wanted))}"
-    stem += stem_of(settings.slice_at(15.0)).removeprefix("slice-15")
-    return stem + (f"-to{exact(settings.angle_max)}" if settings.angle_max != LociSettings.angle_max else "")
 
 
 @dataclass(frozen=True)
@@ -43,7 +36,7 @@ class _Wanted:
 def obtain_loci(
     settings: LociSettings, folder: Path, numbers: Sequence[int] = (), progress: Progress | None = None, *,
     fresh: bool = False, say: Say = silent, stem: str | None = None,
-    slice_stem: Callable[[SliceSettings], str] = stem_of,
+    slice_stem: Callable[[SliceSettings], str] | None = None,
 ) -> Loci:  # fmt: skip
     """The loci from their data file in a folder, or computed from slices and written there; the slices too.
 
@@ -52,11 +45,11 @@ def obtain_loci(
     is waited for. Parameters as those of :func:`rodatlas.atlas.compute_loci` and of
     :func:`rodatlas.atlas.slices.obtain.obtain_slice`; `slice_stem` names the files of the slices.
     """
-    check_type("settings", settings, LociSettings, "LociSettings such as LociSettings()")
+    check_type("settings", settings, LociSettings, "LociSettings, see LociSettings.of")
     folder = made_folder(folder)
-    wanted = _Wanted(settings, tuple(sorted(set(numbers or KNOWN))))
-    data = folder / f"{stem or loci_stem_of(settings, numbers)}.h5"
-    whole = folder / f"{loci_stem_of(settings)}.h5"
+    wanted = _Wanted(settings, tuple(sorted(set(numbers or settings.tables.known))))
+    data = folder / f"{stem or settings.stem(numbers)}.h5"
+    whole = folder / f"{settings.stem()}.h5"
     if not fresh and data != whole and (known := peek(whole, SCHEMA, settings, read_loci)) is not None:
         say(f"read from {whole} (--fresh computes everything again)")
         return known
@@ -66,9 +59,10 @@ def obtain_loci(
             say(f"read from {data} (--fresh computes everything again)")
             return known
 
-        def slice_of(angle: float) -> Slice:
-            at = settings.slice_at(angle)
-            return obtain_slice(at, folder, progress, fresh=fresh, say=say, stem=slice_stem(at))
+        def slice_of(second: float) -> Slice:
+            at = settings.slice_at(second)
+            name = None if slice_stem is None else slice_stem(at)
+            return obtain_slice(at, folder, progress, fresh=fresh, say=say, stem=name)
 
         cache = LocusFolder(folder / data.stem, wanted, fresh, say)
         if len(cache):

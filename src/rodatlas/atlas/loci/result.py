@@ -1,106 +1,55 @@
-"""Loci of numbered bifurcations in the plane of clamp angle and shear, as a result: tables, JSON and file."""
+"""Loci of bifurcations in a plane of two controls, as a result: tables, JSON and file."""
 
 from __future__ import annotations
 
 import os
 from collections.abc import Mapping, Sequence
-from dataclasses import asdict, dataclass, field, fields
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from rodatlas import __version__
-from rodatlas.atlas.slices.settings import ALGORITHM as SLICES
-from rodatlas.atlas.slices.settings import SliceSettings
-from rodatlas.continuation import Locus, LocusEvent, LocusPoint, Solution
-from rodatlas.rods.band import check_between, check_number, limiting_shear, near_limit
+from rodatlas.atlas.loci.settings import LociSettings
+from rodatlas.continuation import Locus, LocusEvent, Solution
 
 if TYPE_CHECKING:
     from rodatlas.atlas.loci.events import PlaneEvent
     from rodatlas.continuation.table import Table
 
 SCHEMA = "rodatlas/loci/1"
-ALGORITHM = 1  # raised with every change of the program after which loci hold something else
-KNOWN = tuple(range(19))
-"""The paper's numbers of bifurcations."""
-REFERENCE_SHEARS = (-0.1, 0.86)  # range at compression 1/2; the same parts of the limiting shear at others
-
-
-@dataclass(frozen=True)
-class LociSettings:
-    """Loci of the bifurcations of a band; angle and shear vary, all else is fixed.
-
-    Attributes
-    ----------
-    compression, poisson, tolerance : as for a slice.
-    angle_max : largest clamp angle in degrees; the smallest is zero.
-    """
-
-    compression: float = 0.5
-    poisson: float = 0.25
-    angle_max: float = 80.0
-    tolerance: float = 1e-8
-
-    def __post_init__(self) -> None:
-        check_between("compression", self.compression, 0.0, 1.0, "a number between 0 and 1 (exclusive)")
-        check_number("angle-max", self.angle_max, 15.0, 89.999999, "degrees with 15 <= angle-max < 90")
-        self.slice_at(15.0)  # checks the others
-
-    def slice_at(self, angle_deg: float) -> SliceSettings:
-        """Settings of a slice of the same band."""
-        return SliceSettings(angle_deg, self.compression, self.poisson, tolerance=self.tolerance)
-
-    @property
-    def shears(self) -> tuple[float, float]:
-        """Range of shear: from -0.1 to 0.86 at dL = 1/2."""
-        part = limiting_shear(self.compression) / limiting_shear(0.5)
-        return REFERENCE_SHEARS[0] * part, REFERENCE_SHEARS[1] * part
-
-    def identity(self) -> dict[str, object]:
-        """Everything that decides the numbers, as plain values: fields, range of shear, program and algorithms."""
-        algorithm = f"{ALGORITHM}, slices {SLICES}"
-        return {"rodatlas": __version__, "algorithm": algorithm, **asdict(self), "shears": list(self.shears)}
-
-    def identity_of(self, numbers: Sequence[int]) -> dict[str, object]:
-        """As :meth:`identity`, of some loci only."""
-        some = {} if set(numbers) == set(KNOWN) else {"numbers": sorted(set(numbers))}
-        return {**self.identity(), **some}
-
-    @classmethod
-    def from_identity(cls, identity: Mapping[str, object]) -> LociSettings:
-        """The settings behind :meth:`identity`, of whatever version."""
-        return cls(**{f.name: float(identity[f.name]) for f in fields(cls)})  # type: ignore[arg-type]
 
 
 @dataclass(frozen=True)
 class PieceEvent:
-    """A special point of a locus and the numbers of the other loci that it belongs to."""
-
-    event: LocusEvent
-    numbers: tuple[int, ...] = ()
-
-    @property
-    def angle_deg(self) -> float:
-        return float(np.degrees(self.event.solution["psi0"]))
-
-    @property
-    def shear(self) -> float:
-        return self.event.solution["dD"]
-
-    def __repr__(self) -> str:
-        with_ = f" with {', '.join(map(str, self.numbers))}" if self.numbers else ""
-        return f"PieceEvent({self.event.kind}{with_}: {self.angle_deg:.5g} deg, shear {self.shear:.6g})"
-
-
-@dataclass(frozen=True)
-class Piece:
-    """A piece of a curve of bifurcations along which the angle grows: the locus of one bifurcation of each slice.
+    """A special point of a locus and the numbers of the other loci that it belongs to.
 
     Attributes
     ----------
-    number : the paper's number or None.
+    second, value, response : where it is: second control, control along slices, and quantity.
+    """
+
+    event: LocusEvent
+    second: float
+    value: float
+    response: float
+    numbers: tuple[int, ...] = ()
+
+    def __repr__(self) -> str:
+        with_ = f" with {', '.join(map(str, self.numbers))}" if self.numbers else ""
+        return f"PieceEvent({self.event.kind}{with_}: {self.second:.5g}, {self.value:.6g})"
+
+
+@dataclass(frozen=True, eq=False)
+class Piece:
+    """A piece of a curve of bifurcations along which the second control grows: that of one bifurcation of each slice.
+
+    Attributes
+    ----------
+    number : that the bifurcation has, or None.
     kind : 'fold', 'pitchfork' or 'branch point'.
-    points : in order of increasing angle, the special points that bound it included.
+    points : in order of the second control, the special points that bound it included.
+    places : (n, 3) of the points: second control, control along slices, and quantity.
+    lengths : (n,) along the piece, in which it is interpolated.
     events : special points on it and at its ends, and on unnumbered or very short pieces next to it.
     curve : position of its curve among those of the result.
     own : the special points on it and at its ends only.
@@ -109,21 +58,23 @@ class Piece:
     number: int | None
     kind: str
     points: tuple[Solution, ...] = field(repr=False)
+    places: np.ndarray = field(repr=False)
+    lengths: np.ndarray = field(repr=False)
     events: tuple[PieceEvent, ...]
     curve: int = 0
     own: tuple[LocusEvent, ...] = field(default=(), repr=False)
 
     @property
-    def angles_deg(self) -> tuple[float, float]:
-        """Smallest and largest angle."""
-        return tuple(float(np.degrees(p["psi0"])) for p in (self.points[0], self.points[-1]))  # type: ignore[return-value]
+    def span(self) -> tuple[float, float]:
+        """Least and largest value of the second control."""
+        return float(self.places[0, 0]), float(self.places[-1, 0])
 
-    def at(self, angle_deg: float) -> tuple[float, float]:
-        """Shear and height at an angle inside, from a spline through the computed points."""
-        found = at_angle(self.points, float(np.radians(angle_deg)))
+    def at(self, second: float) -> tuple[float, float]:
+        """Value along slices and response at a value of the second control, from a spline through the points."""
+        found = at_second(self.places, self.lengths, second)
         if found is None:
-            low, high = self.angles_deg
-            raise ValueError(f"angle: expected one from {low:g} to {high:g} degrees, got {angle_deg:g}")
+            low, high = self.span
+            raise ValueError(f"second: expected one from {low:g} to {high:g}, got {second:g}")
         return float(found[0]), float(found[1])
 
 
@@ -134,8 +85,9 @@ class Loci:
     Attributes
     ----------
     curves : as followed, each once.
-    pieces : of the curves, cut where the angle turns.
-    wanted : numbers that were asked for.
+    pieces : of the curves, cut where the second control turns.
+    wanted : numbers that were asked for; empty where all were, of a model whose numbers are not known before.
+    roles : what loci bound, by number: (name of a state, 'low' or 'high' end).
     warnings : what was asked for and not found; empty when all is well.
     """
 
@@ -143,8 +95,14 @@ class Loci:
     curves: tuple[Locus, ...]
     pieces: tuple[Piece, ...]
     wanted: tuple[int, ...]
+    roles: Mapping[int, frozenset[tuple[str, str]]] = field(default_factory=dict, repr=False)
     warnings: tuple[str, ...] = ()
     seconds: float = 0.0
+
+    @property
+    def numbers(self) -> tuple[int, ...]:
+        """The numbers that were wanted, or all that there are."""
+        return self.wanted or tuple(sorted({p.number for p in self.pieces if p.number is not None}))
 
     def __repr__(self) -> str:
         numbers = sorted({p.number for p in self.pieces if p.number is not None})
@@ -162,26 +120,29 @@ class Loci:
         ValueError
             for a number that no bifurcation has.
         """
-        if number not in KNOWN:
-            raise ValueError(f"number: expected one of {KNOWN[0]} to {KNOWN[-1]}, got {number}")
+        self.settings.check_numbers((number,))
         return next((p for p in self.pieces if p.number == number), None)
 
     def events(self) -> tuple[PlaneEvent, ...]:
-        """The special points of all loci, each once, in order of angle, with descriptions."""
+        """The special points of all loci, each once, in order of the second control, with descriptions."""
         from rodatlas.atlas.loci.events import plane_events
 
-        return plane_events(self.pieces)
+        return plane_events(self.pieces, self.settings, self.roles)
 
     def remarks(self, numbers: Sequence[int] = ()) -> tuple[str, ...]:
-        """What a reader should know of some loci, or of all that were wanted: the warnings, and whether special points
-        lie near the limiting shear."""
-        wanted = [p for p in self.pieces if p.number in (numbers or self.wanted)]
-        far = {p.number: max((abs(e.shear) for e in p.events), default=0.0) for p in wanted}
-        near = {n: x for n, x in far.items() if n is not None and near_limit(x, self.settings.compression)}
-        if not near:
+        """What a reader should know of some loci, or of all that were wanted: the warnings, and what is to be said of
+        the places of special points."""
+        care = self.settings.along_control.care
+        if care is None:
             return self.warnings
-        told = near_limit(max(near.values()), self.settings.compression)
-        return (*self.warnings, f"{told} (special points of locus {', '.join(map(str, sorted(near)))})")
+        s = self.settings
+        wanted = [p for p in self.pieces if p.number in (numbers or self.numbers)]
+        far = [(p.number or 0, e) for p in wanted for e in p.events if care(e.value, {**s.setting, s.second: e.second})]
+        if not far:
+            return self.warnings
+        worst = max((e for _, e in far), key=lambda e: abs(e.value))
+        told = care(worst.value, {**s.setting, s.second: worst.second})
+        return (*self.warnings, f"{told} (special points of locus {', '.join(map(str, sorted({n for n, _ in far})))})")
 
     def save(self, path: str | os.PathLike[str]) -> None:
         """Write to an HDF5 file, which replaces an older one only when complete."""
@@ -201,68 +162,67 @@ class Loci:
         from rodatlas.continuation.table import Table
 
         told = self.events()
-        numbered = [p for p in self.pieces if p.number in self.wanted]
-        return Table([{"number": p.number, **_event_json(e, told)} for p in numbered for e in p.events])
+        numbered = [p for p in self.pieces if p.number in self.numbers]
+        return Table([{"number": p.number, **_event_json(e, told, self.settings)} for p in numbered for e in p.events])
 
     def to_json(self, numbers: Sequence[int] = ()) -> dict[str, Any]:
         """The object that `rodatlas loci --json` prints, for some numbers or all that were wanted.
 
         Others that were followed to tell what meets these are left out: what meets them was not looked for.
         """
-        numbers = numbers or self.wanted
+        numbers = numbers or self.numbers
         wanted = sorted((p for p in self.pieces if p.number in numbers), key=lambda p: p.number or 0)
-        told = self.events()
+        told, s = self.events(), self.settings
+        unnumbered = [] if self.wanted else [p for p in self.pieces if p.number is None]
         return {
             "schema": SCHEMA,
-            "compression": self.settings.compression,
-            "poisson": self.settings.poisson,
-            "angle_max": self.settings.angle_max,
-            "tolerance": self.settings.tolerance,
+            **s.head_json(),
+            f"{s.second}_max": s.second_high,
+            f"{s.second_control.key}_range": [s.second_low, s.second_high],
+            f"{s.along_control.key}_range": [s.low, s.high],
             "seconds": round(self.seconds, 3),
             "warnings": list(self.remarks(numbers)),
-            "loci": [_piece_json(p, told) for p in wanted],
-            "events": [e.to_json() for e in told if {str(p.number) for p in wanted} & set(e.labels)],
+            "loci": [_piece_json(p, told, s) for p in (*wanted, *unnumbered)],
+            "events": [e.to_json(s) for e in told if not self.wanted or {str(p.number) for p in wanted} & set(e.labels)],
         }
 
 
-def at_angle(solutions: Sequence[Solution], angle: float) -> np.ndarray | None:
-    """Shear and height (2,) at an angle (radians) of a piece of a locus, from a cubic spline along it."""
+def at_second(places: np.ndarray, lengths: np.ndarray, second: float) -> np.ndarray | None:
+    """Value along slices and response (2,) at a value of the second control, from a cubic spline along a piece.
+
+    Parameters
+    ----------
+    places : (n, 3), lengths : (n,), as of a :class:`Piece`.
+    """
     from scipy.interpolate import CubicSpline
     from scipy.optimize import brentq
 
-    values = np.array([[s["psi0"], s["dD"], s["height"]] for s in solutions])
-    if len(values) < 3 or not values[:, 0].min() <= angle <= values[:, 0].max():
+    if len(places) < 3 or not places[:, 0].min() <= second <= places[:, 0].max():
         return None
-    length = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(values, axis=0), axis=1))])
-    curve = CubicSpline(length, values)
-    i = int(np.flatnonzero((values[:-1, 0] - angle) * (values[1:, 0] - angle) <= 0)[0])
-    return curve(brentq(lambda s: float(curve(s)[0]) - angle, length[i], length[i + 1]))[1:]
+    curve = CubicSpline(lengths, places)
+    i = int(np.flatnonzero((places[:-1, 0] - second) * (places[1:, 0] - second) <= 0)[0])
+    return curve(brentq(lambda s: float(curve(s)[0]) - second, lengths[i], lengths[i + 1]))[1:]
 
 
-def point_of(point: LocusPoint | LocusEvent) -> tuple[float, float, float]:
-    """Angle in degrees, shear and height."""
-    s = point.solution
-    return float(np.degrees(s["psi0"])), s["dD"], s["height"]
-
-
-def _piece_json(piece: Piece, told: Sequence[PlaneEvent]) -> dict[str, Any]:
+def _piece_json(piece: Piece, told: Sequence[PlaneEvent], settings: LociSettings) -> dict[str, Any]:
     return {
         "number": piece.number,
         "kind": piece.kind,
-        "points": [[float(np.degrees(p["psi0"])), p["dD"], p["height"]] for p in piece.points],
-        "events": [_event_json(e, told) for e in piece.events],
+        "points": piece.places.tolist(),
+        "events": [_event_json(e, told, settings) for e in piece.events],
     }
 
 
-def _event_json(e: PieceEvent, told: Sequence[PlaneEvent]) -> dict[str, Any]:
+def _event_json(e: PieceEvent, told: Sequence[PlaneEvent], settings: LociSettings) -> dict[str, Any]:
+    place = (e.second, e.value, e.response)
     return {
         "kind": e.event.kind,
-        "angle_deg": e.angle_deg,
-        "shear": e.shear,
-        "height": e.event.solution["height"],
+        settings.second_control.key: e.second,
+        settings.along_control.key: e.value,
+        settings.against: e.response,
         "with": list(e.numbers),
         "status": e.event.status.value,
-        "parameter": {"psi0": "angle", "dD": "shear"}.get(e.event.parameter, ""),
+        "parameter": settings.control_of(e.event.parameter),
         "what": e.event.what,
-        "description": next((t.description for t in told if t.holds(e.event)), ""),
+        "description": next((t.description for t in told if t.holds(place, settings)), ""),
     }

@@ -9,8 +9,9 @@ import os
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
-from rodatlas.atlas.loci.numbering import Stretch, pieces, stretches
-from rodatlas.atlas.loci.result import Loci, LociSettings
+from rodatlas.atlas.loci.result import Loci
+from rodatlas.atlas.loci.settings import LociSettings
+from rodatlas.atlas.loci.stretches import Stretch, pieces, stretches
 from rodatlas.continuation.store.hdf5 import atomic_hdf5, checked_hdf5
 from rodatlas.continuation.store.locus import read_locus, write_locus
 
@@ -25,6 +26,7 @@ def save_loci(path: str | os.PathLike[str], loci: Loci) -> None:
     with atomic_hdf5(path, SCHEMA) as file:
         file.attrs["identity"] = json.dumps(loci.identity())
         file.attrs["wanted"] = json.dumps(loci.wanted)
+        file.attrs["roles"] = json.dumps({n: sorted(roles) for n, roles in loci.roles.items()})
         file.attrs["warnings"] = json.dumps(loci.warnings)
         file.attrs["seconds"] = loci.seconds
         for i, curve in enumerate(loci.curves):
@@ -47,6 +49,9 @@ def read_loci(file: h5py.File) -> Loci:
     parts: list[Stretch] = []
     for i, (curve, group) in enumerate(zip(curves, groups, strict=True)):
         numbers = json.loads(group.attrs["numbers"])
-        parts += [replace(p, number=n) for p, n in zip(stretches(curve, i), numbers, strict=True)]
+        parts += [replace(p, number=n) for p, n in zip(stretches(curve, i, settings), numbers, strict=True)]
     wanted, warnings = (tuple(json.loads(file.attrs[key])) for key in ("wanted", "warnings"))
-    return Loci(settings, curves, tuple(pieces(parts, curves)), wanted, warnings, float(file.attrs["seconds"]))
+    kept = json.loads(file.attrs["roles"])
+    roles = {int(n): frozenset((state, side) for state, side in ends) for n, ends in kept.items()}
+    found = tuple(pieces(parts, curves, settings))
+    return Loci(settings, curves, found, wanted, roles, warnings, float(file.attrs["seconds"]))

@@ -8,24 +8,25 @@ from typing import Any
 import numpy as np
 
 from rodatlas.atlas.phase.lines import Line, past_frame
+from rodatlas.atlas.phase.settings import PhaseSettings
 
 Frame = tuple[float, float, float, float]
-"""Smallest and largest angle in degrees, smallest and largest shear."""
+"""Least and largest value of the second control, least and largest of that along slices."""
 
-SLIVER = 1e-9  # degrees times shear: smaller faces are round-off where lines touch or cross
+SLIVER = 1e-9  # of units of both controls: smaller faces are round-off where lines touch or cross
 Rings = tuple[np.ndarray, ...]
-"""The outer boundary of a polygon, then its holes; each (n, 2) closed: angle in degrees and shear."""
+"""The outer boundary of a polygon, then its holes; each (n, 2) closed: second control, and control along slices."""
 
 
-def cut_plane(lines: Iterable[Line], frame: Frame) -> list[Rings]:
-    """The faces into which lines cut the frame, from small to large angle.
+def cut_plane(lines: Iterable[Line], settings: PhaseSettings) -> list[Rings]:
+    """The faces into which lines cut the plane, from small to large values of the second control.
 
     Parts of lines that end inside a face bound nothing.
     """
     import shapely
 
-    box = shapely.box(frame[0], frame[2], frame[1], frame[3])
-    strings = [shapely.LineString(past_frame(line.points, frame)) for line in lines]
+    box = shapely.Polygon(settings.region)
+    strings = [shapely.LineString(past_frame(line.points, settings)) for line in lines]
     noded = shapely.unary_union([*strings, box.exterior])
     polygons = shapely.get_parts(shapely.polygonize([noded]))
     inside = [p for p in polygons if p.area > SLIVER and box.contains(p.representative_point())]
@@ -45,21 +46,21 @@ def polygon_of(rings: Rings) -> Any:
     return shapely.Polygon(rings[0], rings[1:])
 
 
-def chords(rings: Rings, angle: float) -> list[tuple[float, float]]:
-    """Intervals of shear in which a face is met at an angle, from low to high."""
+def chords(rings: Rings, second: float) -> list[tuple[float, float]]:
+    """Intervals in which a face is met at a value of the second control, from low to high."""
     crossings: list[float] = []
     for ring in rings:
         a, b = ring[:-1], ring[1:]
         left, right = np.minimum(a[:, 0], b[:, 0]), np.maximum(a[:, 0], b[:, 0])
-        cut = (left <= angle) & (angle < right)  # half-open: a vertex counts once, a vertical side never
-        share = (angle - a[cut, 0]) / (b[cut, 0] - a[cut, 0])
+        cut = (left <= second) & (second < right)  # half-open: a vertex counts once, a vertical side never
+        share = (second - a[cut, 0]) / (b[cut, 0] - a[cut, 0])
         crossings += (a[cut, 1] + share * (b[cut, 1] - a[cut, 1])).tolist()
     crossings.sort()
     return list(zip(crossings[::2], crossings[1::2], strict=True))
 
 
 def extent(rings: Rings) -> tuple[float, float]:
-    """Smallest and largest angle of a face."""
+    """Least and largest value of the second control on a face."""
     return float(rings[0][:, 0].min()), float(rings[0][:, 0].max())
 
 
@@ -75,8 +76,8 @@ def united(faces: Sequence[Rings]) -> list[Rings]:
     return [(r[0], *(hole for hole in r[1:] if shapely.Polygon(hole).area > 10 * SLIVER)) for r in found]
 
 
-def covers(rings: Rings, angle: float, shear: float) -> bool:
+def covers(rings: Rings, second: float, value: float) -> bool:
     """Whether a point lies in a face or on its boundary."""
     import shapely
 
-    return bool(polygon_of(rings).covers(shapely.Point(angle, shear)))
+    return bool(polygon_of(rings).covers(shapely.Point(second, value)))

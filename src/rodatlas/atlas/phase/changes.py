@@ -1,4 +1,4 @@
-"""Curves along which a stable state changes its name without a bifurcation: U becomes w, w becomes uUui."""
+"""Curves along which a stable state changes its name without a bifurcation, as a nomenclature tells."""
 
 from __future__ import annotations
 
@@ -10,78 +10,79 @@ from itertools import pairwise
 import numpy as np
 
 from rodatlas.atlas.loci.events import PlaneEvent, Roles, joined_states
-from rodatlas.atlas.phase.arrangement import Frame
 from rodatlas.atlas.phase.lines import Line
-from rodatlas.atlas.slices.match import FREE
+from rodatlas.atlas.phase.settings import PhaseSettings
 from rodatlas.atlas.slices.result import Slice, State
 from rodatlas.continuation import MeshControl, NotConverged, Solution, TraceOptions, solve
-from rodatlas.rods.perfectly_anisotropic import rod_problem
-from rodatlas.states.names import middle_curvature
 
-STEP = 2.0  # degrees between two points of such a curve at most
-REACH = 0.02  # shear within which the change lies at the next angle
-PARTS = 10  # of this range, for a first look at the depth of the dimple
+STEP = 0.025  # of the range of loci, between two points of such a curve at most
+REACH = 0.02  # units within which the change lies at the next place
+PARTS = 10  # of this range, for a first look at where the number is least
 TOLERANCE = 1e-8
 NOT_FOUND = 1e3  # far above any curvature; not infinite, for the sake of interpolating minimizers
-PRECISE = 1e-7  # shear to which a change is solved for
+ZERO = 1e-3  # a number that is smaller at a change vanishes there
+PRECISE = 1e-7  # units to which a change is solved for
+
+
+Number = Callable[[Solution], float]
 
 
 @dataclass(frozen=True)
 class _Place:
-    """A change at one angle (degrees)."""
+    """A change at one value of the second control: it, the value along slices, and the state there."""
 
-    angle: float
+    second: float
+    value: float
     solution: Solution
 
     @property
     def point(self) -> tuple[float, float]:
-        return self.angle, self.solution["dD"]
+        return self.second, self.value
 
 
 def change_lines(
-    slices: Sequence[Slice], events: Sequence[PlaneEvent], roles: Roles, frame: Frame
+    slices: Sequence[Slice], events: Sequence[PlaneEvent], roles: Roles, settings: PhaseSettings
 ) -> tuple[list[Line], list[str]]:
     """The curves of smooth changes of name that slices meet, and warnings.
 
-    Such a curve ends on the frame, or where the two states first join at a bifurcation: there a line of constant angle
-    goes on to that special point, since on its other side the whole range has one name.
+    Such a curve ends on the frame, or where the two states first join at a bifurcation: there a line at one value of
+    the second control goes on to that special point, since on its other side the whole range has one name.
 
     Parameters
     ----------
-    slices : in order of angle.
+    slices : in order of the second control.
     events, roles : special points of the loci, and what the loci bound.
     """
     found: dict[tuple[str, str], list[_Place]] = {}
     for one in slices:
         for before, after in _changes(one):
-            found.setdefault((before.name, after.name), []).append(
-                _Place(one.settings.angle_deg, before.high.solution)
-            )  # fmt: skip
+            place = _Place(one.settings.setting[settings.second], before.high.value, before.high.solution)
+            found.setdefault((before.name, after.name), []).append(place)
     lines, warnings = [], []
-    angles = [s.settings.angle_deg for s in slices]
+    seconds = [s.settings.setting[settings.second] for s in slices]
     for names, places in found.items():
-        for chain in _chains(places, angles):
-            line, missing = _line(names, chain, angles, events, roles, frame)
+        for chain in _chains(places, seconds):
+            line, missing = _line(names, chain, seconds, events, roles, settings)
             lines.append(line)
             warnings += missing
     return lines, warnings
 
 
 def _changes(one: Slice) -> list[tuple[State, State]]:
-    """Neighbors on a stable stretch of a slice, the one of smaller shear first."""
+    """Neighbors on a stable stretch of a slice, the one of smaller values first."""
     smooth = [s for s in one.states if "smooth" in (s.low.kind, s.high.kind)]
     return [
         (a, b) for a in smooth for b in smooth
-        if a.branch == b.branch and a.high.kind == b.low.kind == "smooth" and abs(a.high.shear - b.low.shear) < 1e-9
+        if a.branch == b.branch and a.high.kind == b.low.kind == "smooth" and abs(a.high.value - b.low.value) < 1e-9
     ]  # fmt: skip
 
 
-def _chains(places: Sequence[_Place], angles: Sequence[float]) -> list[list[_Place]]:
+def _chains(places: Sequence[_Place], seconds: Sequence[float]) -> list[list[_Place]]:
     """Places of one kind at successive slices."""
     chains: list[list[_Place]] = []
-    for place in sorted(places, key=lambda p: p.angle):
-        at = angles.index(place.angle)
-        if chains and angles.index(chains[-1][-1].angle) == at - 1:
+    for place in sorted(places, key=lambda p: p.second):
+        at = seconds.index(place.second)
+        if chains and seconds.index(chains[-1][-1].second) == at - 1:
             chains[-1].append(place)
         else:
             chains.append([place])
@@ -89,35 +90,38 @@ def _chains(places: Sequence[_Place], angles: Sequence[float]) -> list[list[_Pla
 
 
 def _line(
-    names: tuple[str, str], chain: list[_Place], angles: Sequence[float], events: Sequence[PlaneEvent], roles: Roles,
-    frame: Frame,
+    names: tuple[str, str], chain: list[_Place], seconds: Sequence[float], events: Sequence[PlaneEvent], roles: Roles,
+    settings: PhaseSettings,
 ) -> tuple[Line, list[str]]:  # fmt: skip
     """One curve, solved for between the slices and up to its ends."""
-    place_at = _solver(names)
+    place_at = _solver(names, chain, settings)
     points = [p.point for p in chain]
+    step = STEP * (settings.loci.second_high - settings.loci.second_low)
     for one, two in pairwise(chain):
-        points += [p.point for p in _march(place_at, one, two.angle)[:-1]]
+        points += [p.point for p in _march(place_at, one, two.second, step)[:-1]]
     warnings = []
     tails = []
     for side, end in ((-1, chain[0]), (1, chain[-1])):
-        at = angles.index(end.angle) + side
-        beyond = angles[at] if 0 <= at < len(angles) else frame[0 if side < 0 else 1]
+        at = seconds.index(end.second) + side
+        beyond = seconds[at] if 0 <= at < len(seconds) else settings.frame[0 if side < 0 else 1]
         target, event = beyond, None
-        if 0 <= at < len(angles):
-            event = _joint(names, events, roles, *sorted((end.angle, beyond)))
+        if 0 <= at < len(seconds):
+            low, high = sorted((end.second, beyond))
+            event = _joint(names, events, roles, low, high, settings.along)
             if event is None:
                 warnings.append(
-                    f"change of {names[0]} to {names[1]}: it ends between {end.angle:g} and {beyond:g} deg, "
-                    "where no locus of either does"
-                )  # fmt: skip
+                    f"change of {names[0]} to {names[1]}: it ends between {settings.second} {end.second:g} and "
+                    f"{beyond:g}, where no locus of either does"
+                )
                 continue
-            target = event.angle_deg
-        path = _march(place_at, end, target)
-        if not path or path[-1].angle != target:
-            warnings.append(f"change of {names[0]} to {names[1]}: not found from {end.angle:g} to {target:g} deg")
+            target = event.second
+        path = _march(place_at, end, target, step)
+        if not path or path[-1].second != target:
+            warnings.append(f"change of {names[0]} to {names[1]}: not found from {settings.second} {end.second:g} to "
+                            f"{target:g}")  # fmt: skip
         points += [p.point for p in path]
         if event is not None and path:
-            tails.append((side, (event.angle_deg, event.shear)))
+            tails.append((side, (event.second, event.value)))
     curve = np.array(sorted(set(points)))
     for side, tail in tails:
         curve = np.vstack([[tail], curve] if side < 0 else [curve, [tail]])
@@ -125,79 +129,94 @@ def _line(
 
 
 def _joint(
-    names: tuple[str, str], events: Sequence[PlaneEvent], roles: Roles, low: float, high: float
+    names: tuple[str, str], events: Sequence[PlaneEvent], roles: Roles, low: float, high: float, along: str
 ) -> PlaneEvent | None:
-    """The special point between two angles at which two states join."""
-    inside = [e for e in events if low < e.angle_deg < high and e.parameter != "shear"]
+    """The special point between two places at which two states join."""
+    inside = [e for e in events if low < e.second < high and e.parameter != along]
     return next((e for e in inside if joined_states(e, roles) == names), None)
 
 
-def _march(place_at: Callable[[_Place, float], _Place | None], start: _Place, target: float) -> list[_Place]:
-    """The change at angles from a known one up to a target, as far as it is found."""
-    count = max(1, math.ceil(abs(target - start.angle) / STEP))
+def _march(
+    place_at: Callable[[_Place, float], _Place | None], start: _Place, target: float, step: float
+) -> list[_Place]:
+    """The change at places from a known one up to a target, as far as it is found."""
+    count = max(1, math.ceil(abs(target - start.second) / step))
     found: list[_Place] = []
-    for angle in np.linspace(start.angle, target, count + 1)[1:]:
-        place = place_at(found[-1] if found else start, float(angle))
+    for second in np.linspace(start.second, target, count + 1)[1:]:
+        place = place_at(found[-1] if found else start, float(second))
         if place is None:
             break
         found.append(place)
     return found
 
 
-def _solver(names: tuple[str, str]) -> Callable[[_Place, float], _Place | None]:
-    """How a change is found at an angle: w becomes uUui where the dimple is deepest, U becomes w where k1(1/2) = 0."""
+def _solver(
+    names: tuple[str, str], chain: Sequence[_Place], settings: PhaseSettings
+) -> Callable[[_Place, float], _Place | None]:
+    """How a change is found at a place: where the number of the nomenclature vanishes, or is least.
 
-    def place_at(near: _Place, angle: float) -> _Place | None:
-        bend = _Bend(near.solution, math.radians(angle))
-        shear = (_deepest if names[0] == "w" else _straight)(bend, near.solution["dD"])
-        if shear is None or bend(shear) >= NOT_FOUND:
+    Which of the two is told by the number at a change that is known.
+    """
+    number = settings.nomenclature.change(*names)
+    vanishes = number is not None and abs(number(chain[0].solution)) < ZERO
+
+    def place_at(near: _Place, second: float) -> _Place | None:
+        if number is None:
             return None
-        return _Place(angle, bend.last)
+        bend = _Numbered(number, near.solution, second, settings)
+        reach = REACH * settings.units[1]
+        value = (_zero if vanishes else _least)(bend, near.value, reach, PRECISE * settings.units[1])
+        if value is None or bend(value) >= NOT_FOUND:
+            return None
+        return _Place(second, value, bend.last)
 
     return place_at
 
 
-def _straight(bend: _Bend, near: float) -> float | None:
-    """The shear at which the middle is straight."""
+def _zero(bend: _Numbered, near: float, reach: float, precise: float) -> float | None:
+    """The value at which the number vanishes."""
     from scipy.optimize import brentq
 
-    low, high = near - REACH, near + REACH
+    low, high = near - reach, near + reach
     ends = bend(low), bend(high)
     good = ends[0] * ends[1] < 0 and max(ends) < NOT_FOUND
-    return brentq(bend, low, high, xtol=PRECISE) if good else None
+    return brentq(bend, low, high, xtol=precise) if good else None
 
 
-def _deepest(bend: _Bend, near: float) -> float | None:
-    """The shear at which the dimple is deepest, looked for downward: close below it may lie the cusp of 6."""
+def _least(bend: _Numbered, near: float, reach: float, precise: float) -> float | None:
+    """The value at which the number is least, looked for downward: close below it the state may end in a cusp."""
     from scipy.optimize import minimize_scalar
 
-    step = REACH / PARTS
-    values = [bend(near + REACH)]
+    step = reach / PARTS
+    values = [bend(near + reach)]
     while values[-1] == min(values) and len(values) <= 2 * PARTS:
-        values.append(bend(near + REACH - len(values) * step))
-    last = near + REACH - (len(values) - 1) * step
+        values.append(bend(near + reach - len(values) * step))
+    last = near + reach - (len(values) - 1) * step
     if len(values) < 3 or values[-1] == min(values):
         return None
-    options = {"xatol": PRECISE}
+    options = {"xatol": precise}
     return float(minimize_scalar(bend, bounds=(last, last + 2 * step), method="bounded", options=options).x)
 
 
-class _Bend:
-    """k1(1/2) of a state as a function of the shear at one angle, `NOT_FOUND` where there is none.
+class _Numbered:
+    """A number of a state as a function of the value along a slice, `NOT_FOUND` where there is no state.
 
     `last` is the last state that was.
     """
 
-    def __init__(self, near: Solution, angle: float):
-        self.last = near.with_parameters(psi0=angle)
+    def __init__(self, number: Number, near: Solution, second: float, settings: PhaseSettings):
+        self.last = settings.model.with_value(settings.second, near, second)
+        self._number, self._settings = number, settings
         self._known: list[Solution] = []
-        self._options = TraceOptions(mesh=MeshControl(tolerance=TOLERANCE))
 
-    def __call__(self, shear: float) -> float:
-        guess = min(self._known, key=lambda s: abs(s["dD"] - shear), default=self.last)
+    def __call__(self, value: float) -> float:
+        s = self._settings
+        guess = min(self._known, key=lambda x: abs(s.value(x) - value), default=self.last)
+        options = TraceOptions(mesh=MeshControl(tolerance=TOLERANCE))
         try:
-            self.last = solve(rod_problem(), guess.with_parameters(dD=shear), FREE, self._options)
+            guess = s.model.with_value(s.along, guess, value)
+            self.last = solve(s.model.problem, guess, s.model.free_with(s.along), options)
         except NotConverged:
             return NOT_FOUND
         self._known.append(self.last)
-        return middle_curvature(self.last)
+        return self._number(self.last)

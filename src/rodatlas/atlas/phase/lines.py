@@ -1,23 +1,29 @@
-"""Loci as polylines in the plane of angle and shear that share their vertices where they meet."""
+"""Loci as polylines in the plane that share their vertices where they meet."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 
 from rodatlas.atlas.loci.events import PlaneEvent, labels
 from rodatlas.atlas.loci.result import Piece
+from rodatlas.atlas.loci.settings import PlaneSettings
+from rodatlas.atlas.loci.stretches import on_chord
+from rodatlas.atlas.phase.settings import PhaseSettings
 from rodatlas.atlas.slices.result import Slice
+from rodatlas.continuation import Solution
 
 FINE = 16  # vertices of a polyline between two computed points
-ON_LOCUS = 1e-3  # largest distance (angle, shear, height) of a bifurcation of a slice from its locus
-BEYOND = 1e-5  # by how much a line that ends on the frame is drawn past it, in degrees/100 and shear
-ANGLE_SCALE = 100.0  # degrees that count as much as a unit of shear
+ON_LOCUS = 1e-3  # units: largest distance of a bifurcation of a slice from its locus
+BEYOND = 1e-5  # units by which a line that ends on the frame is drawn past it
+SAME = 2e-4  # units: of computed and exact points that are nearer the exact one is kept
 
+Point = tuple[float, float]
 Knots = Mapping[str, Sequence[tuple[float, float]]]
-"""Label of a locus -> further points on it, (angle in degrees, shear)."""
+"""Label of a locus -> further points on it, (second control, control along slices)."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -28,7 +34,7 @@ class Line:
     ----------
     label : number of the locus, one with a prime for a piece without a number, or 'U|w' for a change of name.
     kind : 'fold', 'pitchfork', 'branch point' or 'smooth'.
-    points : (n, 2) angle in degrees and shear, in order of increasing angle.
+    points : (n, 2) second control, in increasing order, and control along slices.
     """
 
     label: str
@@ -37,78 +43,85 @@ class Line:
 
     @property
     def number(self) -> int | None:
-        """The paper's number or None."""
+        """That of the bifurcation, or None."""
         return int(self.label) if self.label.isdigit() else None
 
     def __repr__(self) -> str:
         low, high = self.points[0, 0], self.points[-1, 0]
-        return f"Line({self.kind} {self.label}: {low:.5g} to {high:.5g} deg, {len(self.points)} vertices)"
+        return f"Line({self.kind} {self.label}: {low:.5g} to {high:.5g}, {len(self.points)} vertices)"
 
 
-def locus_lines(pieces: Sequence[Piece], events: Sequence[PlaneEvent], knots: Knots | None = None) -> list[Line]:
+def locus_lines(
+    pieces: Sequence[Piece], events: Sequence[PlaneEvent], settings: PlaneSettings, knots: Knots | None = None
+) -> list[Line]:
     """The pieces of loci as polylines.
 
     They pass exactly through the computed points, through special points, at the same coordinates for all loci that
     have one in common, and through the given knots; between, a cubic spline along the curve.
     """
     lines = []
-    for label, piece in zip(labels(pieces), pieces, strict=True):
+    for label, piece in zip(labels(pieces, settings), pieces, strict=True):
         if not label:
             continue
-        special = [(e.angle_deg, e.shear) for e in events if label in e.labels and e.parameter != "shear"]
-        computed = [(float(np.degrees(p["psi0"])), float(p["dD"])) for p in piece.points]
+        special = [(e.second, e.value) for e in events if label in e.labels and e.parameter != settings.along]
+        computed = [(float(x), float(y)) for x, y in piece.places[:, :2]]
         exact = [*special, *(knots or {}).get(label, ())]
-        lines.append(Line(label, piece.kind, spline(_joined(computed, exact))))
+        lines.append(Line(label, piece.kind, spline(_joined(computed, exact, settings), settings.second_scale)))
     return lines
 
 
-def slice_knots(places: Sequence[Place], slices: Sequence[Slice]) -> dict[str, list[tuple[float, float]]]:
+def slice_knots(places: Sequence[Place], slices: Sequence[Slice], settings: PlaneSettings) -> dict[str, list[Point]]:
     """Bifurcations of slices as further points on the loci on which they lie."""
-    knots: dict[str, list[tuple[float, float]]] = {}
+    knots: dict[str, list[Point]] = {}
     for one in slices:
-        angle = one.settings.angle_deg
+        second = one.settings.setting[settings.second]
         for event in (e for b in one.branches for e in b.events):
-            label = label_at(places, angle, event.kind, event.shear, event.height)
+            label = label_at(places, event.kind, event.special.solution, settings)
             if label:
-                knots.setdefault(label, []).append((angle, event.shear))
+                knots.setdefault(label, []).append((second, event.value))
     return knots
 
 
 @dataclass(frozen=True, eq=False)
 class Place:
-    """A locus with its height: points (m, 3) of angle (in units of `ANGLE_SCALE` degrees), shear and height."""
+    """A locus with its response: points (m, 3), the second control in units of its scale, and computed solutions."""
 
     label: str
     fold: bool
     points: np.ndarray
+    solutions: tuple[Solution, ...]
 
 
-def places_of(pieces: Sequence[Piece]) -> list[Place]:
-    """Where the loci are, with the height, by which those that cross in the plane differ."""
+def places_of(pieces: Sequence[Piece], settings: PlaneSettings) -> list[Place]:
+    """Where the loci are, with the response, by which those that cross in the plane differ."""
     from scipy.interpolate import CubicSpline
 
     found = []
-    for label, piece in zip(labels(pieces), pieces, strict=True):
-        points = np.array([[np.degrees(p["psi0"]) / ANGLE_SCALE, p["dD"], p["height"]] for p in piece.points])
+    for label, piece in zip(labels(pieces, settings), pieces, strict=True):
+        points = piece.places / [settings.second_scale, 1.0, 1.0]
         if not label or len(points) < 2:
             continue
         length = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(points, axis=0), axis=1))])
         share = np.linspace(0.0, 1.0, 4 * FINE, endpoint=False)
         at = np.append((length[:-1, None] + np.diff(length)[:, None] * share).ravel(), length[-1])
         dense = CubicSpline(length, points)(at) if len(points) > 2 else points
-        found.append(Place(label, piece.kind == "fold", dense))
+        found.append(Place(label, piece.kind == "fold", dense, piece.points))
     return found
 
 
-def label_at(places: Sequence[Place], angle: float, kind: str, shear: float, height: float) -> str:
+def label_at(places: Sequence[Place], kind: str, solution: Solution, settings: PlaneSettings) -> str:
     """Label of the locus on which a bifurcation of a slice lies, '' when it lies on none."""
-    target = np.array([angle / ANGLE_SCALE, shear, height])
-    best, found = ON_LOCUS, ""
-    for place in (p for p in places if p.fold == (kind == "fold")):
+    target = np.array(settings.point(solution)) / [settings.second_scale, 1.0, 1.0]
+    best, found = ON_LOCUS * settings.units[1], ""
+    like = [p for p in places if p.fold == (kind == "fold")]
+    for place in like:
         distance = _distance(target, place.points)
         if distance < best:
             best, found = distance, place.label
-    return found
+    if found:
+        return found
+    chords = ((p.label, pair) for p in like for pair in pairwise(p.solutions))
+    return next((label for label, (one, two) in chords if on_chord(one, two, solution, settings)), "")
 
 
 def _distance(target: np.ndarray, points: np.ndarray) -> float:
@@ -119,13 +132,18 @@ def _distance(target: np.ndarray, points: np.ndarray) -> float:
     return float(np.linalg.norm(start + share[:, None] * step - target, axis=1).min())
 
 
-def spline(points: np.ndarray) -> np.ndarray:
-    """A cubic spline (m, 2) along points (n, 2) of increasing angle; it passes through them exactly."""
+def spline(points: np.ndarray, scale: float) -> np.ndarray:
+    """A cubic spline (m, 2) along points (n, 2) whose first coordinate increases; it passes through them exactly.
+
+    Parameters
+    ----------
+    scale : of the first coordinate, for lengths.
+    """
     from scipy.interpolate import CubicSpline
 
     if len(points) < 3:
         return points
-    scaled = points / [ANGLE_SCALE, 1.0]
+    scaled = points / [scale, 1.0]
     length = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(scaled, axis=0), axis=1))])
     share = np.linspace(0.0, 1.0, FINE, endpoint=False)
     at = np.append((length[:-1, None] + np.diff(length)[:, None] * share).ravel(), length[-1])
@@ -137,26 +155,29 @@ def spline(points: np.ndarray) -> np.ndarray:
     return fine
 
 
-def past_frame(points: np.ndarray, frame: tuple[float, float, float, float]) -> np.ndarray:
-    """The line, drawn a little further where it ends on the frame, so that it crosses it."""
-    low, high = np.array([frame[0], frame[2]]), np.array([frame[1], frame[3]])
-    scale = np.array([ANGLE_SCALE, 1.0])
+def past_frame(points: np.ndarray, settings: PhaseSettings) -> np.ndarray:
+    """The line, drawn a little further where it ends on the border of the plane, so that it crosses it."""
+    import shapely
+
+    scale = np.array([settings.second_scale, 1.0])
+    border = shapely.LineString(settings.region / scale)
+    beyond = BEYOND * settings.units[1]
     out = [points]
     for end, inner, first in ((points[0], points[1], True), (points[-1], points[-2], False)):
-        if np.min(np.abs(np.concatenate([end - low, high - end]) / np.tile(scale, 2))) > 0.1 * BEYOND:
+        if border.distance(shapely.Point(end / scale)) > 0.1 * beyond:
             continue
         along = (end - inner) / scale
         size = float(np.linalg.norm(along))
-        further = end + BEYOND * along / size * scale if size > 0 else end
+        further = end + beyond * along / size * scale if size > 0 else end
         out = [further[None], *out] if first else [*out, further[None]]
     return np.concatenate(out)
 
 
-def _joined(computed: Sequence[tuple[float, float]], exact: Sequence[tuple[float, float]]) -> np.ndarray:
-    """Points in order of angle; of computed and exact ones at nearly one place the exact one is kept."""
-    kept = [np.array(p) for p in exact]
-    distinct: list[np.ndarray] = []
-    for p in [*kept, *(np.array(c) for c in computed)]:
-        if all(abs(p[0] - q[0]) > 2e-4 or abs(p[1] - q[1]) > 2e-4 for q in distinct):
+def _joined(computed: Sequence[Point], exact: Sequence[Point], settings: PlaneSettings) -> np.ndarray:
+    """Points in order of the second control; of computed and exact ones at nearly one place the exact one is kept."""
+    distinct: list[Point] = []
+    second, value, _ = settings.units
+    for p in [*exact, *computed]:
+        if all(abs(p[0] - q[0]) > SAME * second or abs(p[1] - q[1]) > SAME * value for q in distinct):
             distinct.append(p)
-    return np.array(sorted(distinct, key=lambda p: (p[0], p[1])))
+    return np.array(sorted(distinct))

@@ -5,17 +5,15 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from pathlib import Path
 
-from rodatlas.atlas.loci.compute import ANGLES, compute_loci
-from rodatlas.atlas.loci.obtain import loci_stem_of
-from rodatlas.atlas.loci.result import KNOWN, Loci
+from rodatlas.atlas.loci.compute import compute_loci
+from rodatlas.atlas.loci.result import Loci
 from rodatlas.atlas.loci.store import SCHEMA as LOCI_SCHEMA
 from rodatlas.atlas.loci.store import read_loci
 from rodatlas.atlas.phase.compute import Slices, compute_phase
 from rodatlas.atlas.phase.result import PhaseDiagram
-from rodatlas.atlas.phase.settings import PhaseSettings, phase_stem_of
+from rodatlas.atlas.phase.settings import PhaseSettings
 from rodatlas.atlas.phase.store import SCHEMA, read_phase
 from rodatlas.atlas.slices.result import Slice
-from rodatlas.atlas.slices.settings import REFERENCE_ANGLE_DEG
 from rodatlas.atlas.stored import made_folder, stored
 from rodatlas.atlas.study.many import obtain_slices
 from rodatlas.atlas.unfinished import Say, silent
@@ -23,7 +21,7 @@ from rodatlas.continuation.checks import check_type
 from rodatlas.files import claimed
 from rodatlas.progress import Progress, tells
 
-SLICES = "phase-slices"  # folder of the slices, which reach further in shear than those of `rodatlas slice`
+SLICES = "phase-slices"  # folder of the slices, which reach further than those of `rodatlas slice`
 
 
 @tells("phase diagram")
@@ -44,9 +42,9 @@ def obtain_phase(
     fresh : compute everything again.
     say : told what is read, resumed or kept.
     """
-    check_type("settings", settings, PhaseSettings, "PhaseSettings such as PhaseSettings()")
+    check_type("settings", settings, PhaseSettings, "PhaseSettings, see PhaseSettings.of")
     folder = made_folder(folder)
-    data = folder / f"{phase_stem_of(settings)}.h5"
+    data = folder / f"{settings.stem}.h5"
     with claimed(data, say):
         known = stored(data, SCHEMA, settings, read_phase, say, fresh)
         if known is not None:
@@ -54,10 +52,11 @@ def obtain_phase(
             return known
         slices = _slices(settings, folder / SLICES, None if progress is None else _gathered(progress), workers, fresh,
                          say)  # fmt: skip
-        slices([REFERENCE_ANGLE_DEG])  # first and alone: the others carry states from it
-        given = (REFERENCE_ANGLE_DEG, *ANGLES.values())
-        loci = _loci(settings, folder, slices, given, progress, fresh, say)
-        found = compute_phase(settings, loci, slices, given, progress)
+        loci = settings.loci
+        given = [a for a in loci.starts if loci.second_low <= a <= loci.second_high]
+        slices(given[:1])  # first and alone: others may carry states from it
+        curves = _loci(settings, folder, slices, given, progress, fresh, say)
+        found = compute_phase(settings, curves, slices, given, progress)
         found.save(data)
         return found
 
@@ -65,14 +64,14 @@ def obtain_phase(
 def _slices(
     settings: PhaseSettings, folder: Path, report: Progress | None, workers: int, fresh: bool, say: Say
 ) -> Callable[[Sequence[float]], list[Slice]]:
-    """Gives slices at some angles from a folder, each computed once."""
+    """Gives slices at some places from a folder, each computed once."""
     folder.mkdir(parents=True, exist_ok=True)
     renewed: set[float] = set()
 
-    def slices(angles: Sequence[float]) -> list[Slice]:
-        again = [a for a in angles if fresh and a not in renewed]
+    def slices(places: Sequence[float]) -> list[Slice]:
+        again = [a for a in places if fresh and a not in renewed]
         renewed.update(again)
-        rest = [a for a in angles if a not in again]
+        rest = [a for a in places if a not in again]
         found: list[Slice] = []
         for part, anew in ((again, True), (rest, False)):
             wanted = [settings.slice_at(a) for a in part]
@@ -87,13 +86,13 @@ def _loci(
     fresh: bool, say: Say,
 ) -> Loci:  # fmt: skip
     """The loci from their file, or followed from the slices of the phase diagram and written."""
-    data = folder / f"{loci_stem_of(settings.loci)}.h5"
+    data = folder / f"{settings.loci.stem()}.h5"
     with claimed(data, say):
         known = stored(data, LOCI_SCHEMA, settings.loci, read_loci, say, fresh)
         if known is not None:
             return known
-        at = {s.settings.angle_deg: s for s in slices(given)}
-        found = compute_loci(settings.loci, lambda angle: at[angle], KNOWN, progress)
+        at = {s.settings.setting[settings.second]: s for s in slices(given)}
+        found = compute_loci(settings.loci, lambda second: at[second], progress=progress)
         found.save(data)
         return found
 

@@ -14,10 +14,11 @@ from rodatlas.atlas.phase.arrangement import Rings, chords, extent
 from rodatlas.atlas.phase.complete import Completion, stable_names
 from rodatlas.atlas.phase.cover import THIN
 from rodatlas.atlas.phase.lines import Line, Place, label_at
+from rodatlas.atlas.phase.settings import PhaseSettings
 from rodatlas.atlas.slices.result import Slice
 
-INSIDE = 2e-5  # shear: a state that ends further inside a face than this contradicts the face
-AT_LINE = 1e-6  # shear within which a side of a face is a line
+INSIDE = 2e-5  # units: a state that ends further inside a face than this contradicts the face
+AT_LINE = 1e-6  # units within which a side of a face is a line
 PAIR = "+-"
 
 
@@ -27,9 +28,9 @@ class Face:
 
     Attributes
     ----------
-    rings : outer boundary and holes, (n, 2) each, angle in degrees and shear.
+    rings : outer boundary and holes, (n, 2) each: second control, and control along slices.
     states : names of the stable states, each as often as there are such states; None when they are not known.
-    samples : (angle, shear) of the points at which that was found; none in a face so thin that it follows from its
+    samples : (second, value) of the points at which that was found; none in a face so thin that it follows from its
         neighbors.
     """
 
@@ -49,12 +50,12 @@ class Face:
 
 @dataclass(frozen=True)
 class Crossing:
-    """What changes across a line at the angle of a slice, from smaller to larger shear."""
+    """What changes across a line on a slice, from smaller to larger values."""
 
     label: str
     kind: str
-    angle: float
-    shear: float
+    second: float
+    value: float
     lost: tuple[str, ...]
     gained: tuple[str, ...]
 
@@ -78,78 +79,87 @@ class Crossing:
 
     def __repr__(self) -> str:
         changes = [*(f"-{n}" for n in self.lost), *(f"+{n}" for n in self.gained)]
-        return f"Crossing({self.kind} {self.label} at {self.angle:g} deg, {self.shear:.6g}: {' '.join(changes)})"
+        return f"Crossing({self.kind} {self.label} at {self.second:g}, {self.value:.6g}: {' '.join(changes)})"
 
 
 def assign(
-    rings: Sequence[Rings], slices: Sequence[Slice], completions: Sequence[Completion] = ()
+    rings: Sequence[Rings], slices: Sequence[Slice], settings: PhaseSettings, completions: Sequence[Completion] = ()
 ) -> tuple[list[Face], list[str]]:
     """The faces with their states, and warnings where slices contradict each other or end a state inside a face."""
     faces, warnings = [], []
     for ring in rings:
         found: dict[tuple[float, float], tuple[str, ...]] = {}
         for one in slices:
-            angle = one.settings.angle_deg
-            for low, high in chords(ring, angle):
-                if high - low < THIN:
+            second = one.settings.setting[settings.second]
+            for low, high in chords(ring, second):
+                if high - low < THIN * settings.units[1]:
                     continue
                 middle = 0.5 * (low + high)
-                found[angle, middle] = stable_names(one, middle, completions)
-                warnings += _ends_inside(one, low, high)
+                found[second, middle] = stable_names(one, middle, settings, completions)
+                warnings += _ends_inside(one, low, high, settings)
         kinds = set(found.values())
         if len(kinds) > 1:
-            seen = "; ".join(f"({a:g} deg, {d:.5g}): {', '.join(n)}" for (a, d), n in found.items())
+            seen = "; ".join(f"({a:g}, {d:.5g}): {', '.join(n)}" for (a, d), n in found.items())
             warnings.append(f"face with different stable states: {seen}")
         faces.append(Face(ring, next(iter(kinds)) if len(kinds) == 1 else None, tuple(found)))
     return faces, warnings
 
 
-def _ends_inside(one: Slice, low: float, high: float) -> list[str]:
-    """A warning for each stable state of a slice that ends between two shears."""
-    where = f"slice at {one.settings.angle_deg:g} deg"
+def _ends_inside(one: Slice, low: float, high: float, settings: PhaseSettings) -> list[str]:
+    """A warning for each stable state of a slice that ends between two values."""
+    where, inside = f"slice at {one.settings.place_text}", INSIDE * settings.units[1]
     return [
-        f"{where}: {state.name} ends at shear {end.shear:.6g} ({end.text}), inside a face"
+        f"{where}: {state.name} ends at {settings.along} {end.value:.6g} ({end.text}), inside a face"
         for state in one.states for end in (state.low, state.high)
-        if end.kind != "range" and low + INSIDE < end.shear < high - INSIDE
+        if end.kind != "range" and low + inside < end.value < high - inside
     ]  # fmt: skip
 
 
 def crossings(
-    rings: Sequence[Rings], lines: Sequence[Line], slices: Sequence[Slice], completions: Sequence[Completion] = ()
-) -> list[Crossing]:
-    """What changes across the lines at the angles of the slices; places where several lines meet are left out."""
+    rings: Sequence[Rings], lines: Sequence[Line], slices: Sequence[Slice], settings: PhaseSettings,
+    completions: Sequence[Completion] = (),
+) -> list[Crossing]:  # fmt: skip
+    """What changes across the lines on the slices; places where several lines meet are left out."""
     found = []
     for one in slices:
-        angle = one.settings.angle_deg
-        spans = sorted(span for ring in rings for span in chords(ring, angle))
+        second = one.settings.setting[settings.second]
+        spans = sorted(span for ring in rings for span in chords(ring, second))
         for (low, at), (_, high) in pairwise(spans):
-            here = [x for x in lines if abs(_shear_of(x, angle) - at) < AT_LINE]
-            if len(here) != 1 or min(at - low, high - at) < THIN:
+            here = _lines_at(lines, second, at, settings)
+            if len(here) != 1 or min(at - low, high - at) < THIN * settings.units[1]:
                 continue
-            below, above = (Counter(stable_names(one, 0.5 * (at + end), completions)) for end in (low, high))
+            below, above = (
+                Counter(stable_names(one, 0.5 * (at + end), settings, completions)) for end in (low, high)
+            )  # fmt: skip
             lost, gained = (tuple(sorted(x.elements())) for x in (below - above, above - below))
-            found.append(Crossing(here[0].label, here[0].kind, angle, at, lost, gained))
+            found.append(Crossing(here[0].label, here[0].kind, second, at, lost, gained))
     return found
 
 
+def _lines_at(lines: Sequence[Line], second: float, value: float, settings: PhaseSettings) -> list[Line]:
+    """The lines that pass a point."""
+    return [x for x in lines if abs(_value_of(x, second) - value) < AT_LINE * settings.units[1]]
+
+
 def deduced(
-    faces: Sequence[Face], lines: Sequence[Line], found: Sequence[Crossing], events: Sequence[PlaneEvent]
-) -> list[Face]:
+    faces: Sequence[Face], lines: Sequence[Line], found: Sequence[Crossing], events: Sequence[PlaneEvent],
+    settings: PhaseSettings,
+) -> list[Face]:  # fmt: skip
     """The faces, those too thin to be sampled with the states of a neighbor from which an idle line parts them.
 
     A line is idle from one special point to the next if slices saw that nothing changes across it there. A face with
     no such side stays without states.
     """
-    out = list(faces)
+    out, near = list(faces), AT_LINE * settings.units[1]
     for i in [k for k, f in enumerate(faces) if not f.samples] * 2:  # twice: one may follow from another
-        angle, spans = _widest(out[i].rings)
+        second, spans = _widest(out[i].rings)
         beside: dict[tuple[str, ...], float] = {}
         for at in (d for span in spans for d in span):
-            here = [x.label for x in lines if abs(_shear_of(x, angle) - at) < AT_LINE]
-            if here and all(_idle(label, angle, found, events) for label in here):
+            here = [x.label for x in _lines_at(lines, second, at, settings)]
+            if here and all(_idle(label, second, found, events, settings) for label in here):
                 beside |= {
                     f.states: at for k, f in enumerate(out) if k != i and f.states is not None
-                    and any(abs(d - at) < AT_LINE for span in chords(f.rings, angle) for d in span)
+                    and any(abs(d - at) < near for span in chords(f.rings, second) for d in span)
                 }  # fmt: skip
         if len(beside) == 1:
             out[i] = replace(out[i], states=next(iter(beside)))
@@ -157,54 +167,57 @@ def deduced(
 
 
 def _widest(rings: Rings) -> tuple[float, list[tuple[float, float]]]:
-    """An angle at which a face is wide, and its intervals of shear there."""
+    """A value of the second control at which a face is wide, and its intervals there."""
     low, high = extent(rings)
     trials = [(float(a), chords(rings, float(a))) for a in np.linspace(low, high, 19)[1:-1]]
     return max(trials, key=lambda t: max((b - a for a, b in t[1]), default=0.0))
 
 
-def _idle(label: str, angle: float, found: Sequence[Crossing], events: Sequence[PlaneEvent]) -> bool:
-    """Whether slices saw that nothing changes across a line between the special points around an angle."""
-    special = [e.angle_deg for e in events if label in e.labels and e.parameter != "shear"]
-    low = max((a for a in special if a <= angle), default=-np.inf)
-    high = min((a for a in special if a > angle), default=np.inf)
-    seen = [c for c in found if c.label == label and low < c.angle < high]
+def _idle(
+    label: str, second: float, found: Sequence[Crossing], events: Sequence[PlaneEvent], settings: PhaseSettings
+) -> bool:
+    """Whether slices saw that nothing changes across a line between the special points around a place."""
+    special = [e.second for e in events if label in e.labels and e.parameter != settings.along]
+    low = max((a for a in special if a <= second), default=-np.inf)
+    high = min((a for a in special if a > second), default=np.inf)
+    seen = [c for c in found if c.label == label and low < c.second < high]
     return bool(seen) and not any(c.lost or c.gained for c in seen)
 
 
-def _shear_of(line: Line, angle: float) -> float:
-    if not line.points[0, 0] <= angle <= line.points[-1, 0]:
+def _value_of(line: Line, second: float) -> float:
+    if not line.points[0, 0] <= second <= line.points[-1, 0]:
         return float("nan")
-    return float(np.interp(angle, line.points[:, 0], line.points[:, 1]))
+    return float(np.interp(second, line.points[:, 0], line.points[:, 1]))
 
 
 def check_crossings(found: Sequence[Crossing], events: Sequence[PlaneEvent]) -> list[str]:
     """Warnings for lines that do what their kind cannot, or that change what they do without a special point."""
     warnings = [f"{c!r} is more than a {c.kind} can do" for c in found if not c.allowed]
     for label in dict.fromkeys(c.label for c in found):
-        along = sorted((c for c in found if c.label == label), key=lambda c: c.angle)
+        along = sorted((c for c in found if c.label == label), key=lambda c: c.second)
         for one, two in pairwise(along):
-            special = [e for e in events if label in e.labels and one.angle < e.angle_deg < two.angle]
+            special = [e for e in events if label in e.labels and one.second < e.second < two.second]
             if (one.lost, one.gained) != (two.lost, two.gained) and not special and one.kind != "smooth":
                 warnings.append(f"without a special point between: {one!r}, {two!r}")
     return warnings
 
 
-def roles_of(places: Sequence[Place], slices: Sequence[Slice]) -> tuple[dict[str, frozenset[Role]], list[str]]:
+def roles_of(
+    places: Sequence[Place], slices: Sequence[Slice], settings: PhaseSettings
+) -> tuple[dict[str, frozenset[Role]], list[str]]:
     """What each locus bounds, from the ends of the stable states of slices, and warnings for ends on no locus."""
     found: dict[str, set[Role]] = {}
     warnings = []
     for one in slices:
-        angle = one.settings.angle_deg
         for state in one.states:
             for side, end in (("low", state.low), ("high", state.high)):
                 if end.kind in ("range", "smooth"):
                     continue
-                label = label_at(places, angle, end.kind, end.shear, end.height)
+                label = label_at(places, end.kind, end.solution, settings)
                 if label:
-                    found.setdefault(label, set()).add(Role(state.name, side))
+                    name = settings.nomenclature.in_plane(state.name)
+                    found.setdefault(label, set()).add(Role(name, side))
                 else:
-                    warnings.append(
-                        f"slice at {angle:g} deg: {state.name} ends at shear {end.shear:.6g} ({end.text}), on no locus"
-                    )
+                    warnings.append(f"slice at {one.settings.place_text}: {state.name} ends at {settings.along} "
+                                    f"{end.value:.6g} ({end.text}), on no locus")  # fmt: skip
     return {label: frozenset(roles) for label, roles in found.items()}, warnings

@@ -12,23 +12,28 @@ import numpy as np
 
 from rodatlas.atlas.loci.events import PlaneEvent
 from rodatlas.atlas.phase.arrangement import Rings, covers, united
-from rodatlas.atlas.phase.lines import ANGLE_SCALE, Line
+from rodatlas.atlas.phase.lines import Line
 from rodatlas.atlas.phase.regions import Face
 from rodatlas.atlas.phase.settings import PhaseSettings
-from rodatlas.states.names import NAMES
 
 if TYPE_CHECKING:
     from rodatlas.continuation.table import Table
 
 SCHEMA = "rodatlas/phase/1"
-SHORT = 1e-6  # length of a side (shear, and degrees/100) that is not listed
-ON_SIDE = 1e-7  # distance (degrees and shear) of the middle of a polygon's side from the line that it is part of
+SHORT = 1e-6  # units: length of a side that is not listed
+ON_SIDE = 1e-7  # units: distance of the middle of a polygon's side from the line that it is part of
 
 
 @dataclass(frozen=True)
 class Interval:
-    """A stable state at psi0 = 0, where two angle mirrors of one another meet, and its range of shear."""
+    """A stable state on a border of the plane where two mirror images of one another meet, as at psi0 = 0.
 
+    Attributes
+    ----------
+    second : where the border is; low, high : the range of the state there.
+    """
+
+    second: float
     name: str
     low: float
     high: float
@@ -49,7 +54,7 @@ class Region:
     Attributes
     ----------
     state : its name.
-    rings : outer boundary and holes, (n, 2) each, angle in degrees and shear.
+    rings : outer boundary and holes, (n, 2) each: second control, and control along slices.
     sides : what bounds it, in order along the boundary.
     """
 
@@ -65,22 +70,22 @@ class Region:
     def __repr__(self) -> str:
         (a0, d0), (a1, d1) = self.rings[0].min(axis=0), self.rings[0].max(axis=0)
         return (
-            f"Region({self.state}: {a0:.5g} to {a1:.5g} deg, shear {d0:.5g} to {d1:.5g}; "
+            f"Region({self.state}: {a0:.5g} to {a1:.5g}, {d0:.5g} to {d1:.5g}; "
             f"bounded by {', '.join(self.bounds)})"
         )
 
 
 @dataclass(frozen=True, eq=False)
 class PhaseDiagram:
-    """The plane of clamp angle and shear with its loci and regions; see :func:`rodatlas.atlas.compute_phase`.
+    """A plane of two controls with its loci and regions; see :func:`rodatlas.atlas.compute_phase`.
 
     Attributes
     ----------
     lines : loci and curves of smooth changes of name.
     faces : the parts of the plane between them.
-    edge : stable states on the line psi0 = 0, where symmetric problems have states of their own (S+-).
-    events : special points, each once, in order of angle.
-    angles : of the slices that were used, in degrees.
+    edge : stable states on borders where a further symmetry holds, and slices have states of their own (S+-).
+    events : special points, each once, in order of the second control.
+    places : values of the second control of the slices that were used.
     completed : states that a slice had missed and that were followed into it from another, in words.
     warnings : what does not add up; empty when all is well.
     """
@@ -90,7 +95,7 @@ class PhaseDiagram:
     faces: tuple[Face, ...]
     edge: tuple[Interval, ...]
     events: tuple[PlaneEvent, ...]
-    angles: tuple[float, ...]
+    places: tuple[float, ...]
     completed: tuple[str, ...] = ()
     warnings: tuple[str, ...] = ()
     seconds: float = 0.0
@@ -105,9 +110,10 @@ class PhaseDiagram:
     def names(self) -> tuple[str, ...]:
         """The states that are stable somewhere."""
         there = {n for f in self.faces for n in f.states or ()} | {i.name for i in self.edge}
-        return tuple(n for n in NAMES if n in there)
+        known = self.settings.nomenclature.names
+        return (*(n for n in known if n in there), *sorted(n for n in there if n not in known))
 
-    def stable_at(self, angle_deg: float, shear: float) -> tuple[str, ...]:
+    def stable_at(self, second: float, value: float) -> tuple[str, ...]:
         """Names of the stable states at a point, sorted; on a line those of one of its sides.
 
         Raises
@@ -115,28 +121,30 @@ class PhaseDiagram:
         ValueError
             outside the range of the diagram, or in a face that was too thin to sample.
         """
-        low, high, bottom, top = self.settings.frame
-        if not low <= angle_deg <= high:
-            raise ValueError(f"angle: expected one from {low:g} to {high:g} degrees, got {angle_deg:g}")
-        if not bottom <= shear <= top:
-            raise ValueError(f"shear: expected one from {bottom:g} to {top:g}, got {shear:g}")
-        if angle_deg == 0.0 and self.edge:
-            return tuple(sorted(i.name for i in self.edge if i.low <= shear <= i.high))
-        face = next((f for f in self.faces if f.states is not None and covers(f.rings, angle_deg, shear)), None)
+        s = self.settings
+        if not s.second_low <= second <= s.second_high:
+            raise ValueError(f"{s.second}: expected one from {s.second_low:g} to {s.second_high:g}, got {second:g}")
+        low, high = s.range_at(second)
+        if not low <= value <= high:
+            raise ValueError(f"{s.along}: expected one from {low:g} to {high:g}, got {value:g}")
+        if on_edge := [i for i in self.edge if i.second == second]:
+            return tuple(sorted(i.name for i in on_edge if i.low <= value <= i.high))
+        face = next((f for f in self.faces if f.states is not None and covers(f.rings, second, value)), None)
         if face is None or face.states is None:
-            raise ValueError(f"shear: expected a point of a sampled face, got {shear:g} at {angle_deg:g} degrees")
+            raise ValueError(f"{s.along}: expected a point of a sampled face, got {value:g} at {s.second} {second:g}")
         return face.states
 
     def state_regions(self, name: str) -> tuple[Region, ...]:
-        """The parts of the plane in which a state is stable, from small to large angle.
+        """The parts of the plane in which a state is stable, from small to large values of the second control.
 
         Raises
         ------
         ValueError
             for a name that no state has.
         """
-        if name not in NAMES:
-            raise ValueError(f"name: expected one of {', '.join(NAMES)}, got '{name}'")
+        known = self.settings.nomenclature.names or self.names
+        if name not in known:
+            raise ValueError(f"name: expected one of {', '.join(known)}, got '{name}'")
         rings = united([f.rings for f in self.faces if name in (f.states or ())])
         return tuple(Region(name, r, tuple(side for ring in r for side in self._sides(ring))) for r in rings)
 
@@ -148,7 +156,7 @@ class PhaseDiagram:
         distance = [shapely.distance(middles, shapely.LineString(line.points)) for line in self.lines]
         best = np.argmin(np.reshape(distance, (-1, len(middles))), axis=0) if distance else np.zeros(len(middles), int)
         names = [
-            self.lines[i].label if distance and distance[i][k] < ON_SIDE else "frame" for k, i in enumerate(best)
+            self.lines[i].label if distance and distance[i][k] < ON_SIDE * self.settings.units[1] else "frame" for k, i in enumerate(best)
         ]  # fmt: skip
         starts = [k for k in range(len(names)) if names[k] != names[k - 1]]
         if not starts:
@@ -157,7 +165,8 @@ class PhaseDiagram:
         at = [k - starts[0] for k in starts] + [len(names)]
         sides = [Side(names[k], turned[low : high + 1]) for k, (low, high) in zip(starts, pairwise(at), strict=True)]
         # Where lines meet, the nearest one is arbitrary for a length of round-off.
-        return [s for s in sides if np.ptp(s.points, axis=0) @ [1 / ANGLE_SCALE, 1.0] > SHORT]
+        short, scale = SHORT * self.settings.units[1], self.settings.second_scale
+        return [s for s in sides if np.ptp(s.points, axis=0) @ [1 / scale, 1.0] > short]
 
     def save(self, path: str | os.PathLike[str]) -> None:
         """Write to an HDF5 file, which replaces an older one only when complete."""
@@ -177,34 +186,33 @@ class PhaseDiagram:
         from rodatlas.continuation.table import Table
 
         if of == "events":
-            return Table([e.to_json() for e in self.events])
+            return Table([e.to_json(self.settings) for e in self.events])
         if of == "faces":
             return Table([_face_json(f) for f in self.faces]).drop(columns=["rings"])
         if of == "regions":
-            return Table([_extent(r) for name in self.names for r in self.state_regions(name)])
+            return Table([_extent(r, self.settings) for name in self.names for r in self.state_regions(name)])
         raise ValueError(f"of: expected 'events', 'faces' or 'regions', got '{of}'")
 
     def to_json(self) -> dict[str, Any]:
         """The object that `rodatlas phase --json` prints."""
         s = self.settings
+        second, along = s.second_control.key, s.along_control.key
         return {
             "schema": SCHEMA,
-            "compression": s.compression,
-            "poisson": s.poisson,
-            "angle_range": [s.angle_min, s.angle_max],
-            "shear_range": list(s.shears),
-            "tolerance": s.tolerance,
+            **s.head_json(),
+            f"{s.second}_range": [s.second_low, s.second_high],
+            f"{s.along}_range": [s.low, s.high],
             "seconds": round(self.seconds, 3),
             "warnings": list(self.warnings),
-            "slices": list(self.angles),
+            "slices": list(self.places),
             "completed": list(self.completed),
-            "events": [e.to_json() for e in self.events],
+            "events": [e.to_json(s) for e in self.events],
             "lines": [{"label": x.label, "number": x.number, "kind": x.kind, "points": x.points.tolist()}
                       for x in self.lines],
             "faces": [_face_json(f) for f in self.faces],
-            "regions": [_extent(r) | {"rings": [ring.tolist() for ring in r.rings]}
+            "regions": [_extent(r, s) | {"rings": [ring.tolist() for ring in r.rings]}
                         for name in self.names for r in self.state_regions(name)],
-            "at_angle_0": [{"name": i.name, "shear": [i.low, i.high]} for i in self.edge],
+            "edge": [{"name": i.name, second: i.second, along: [i.low, i.high]} for i in self.edge],
         }  # fmt: skip
 
 
@@ -218,15 +226,16 @@ def _face_json(face: Face) -> dict[str, Any]:
     }
 
 
-def _extent(region: Region) -> dict[str, Any]:
+def _extent(region: Region, settings: PhaseSettings) -> dict[str, Any]:
     low, high = region.rings[0].min(axis=0), region.rings[0].max(axis=0)
     return {
-        "state": region.state, "angle_deg": [low[0], high[0]], "shear": [low[1], high[1]],
+        "state": region.state, settings.second_control.key: [low[0], high[0]],
+        settings.along_control.key: [low[1], high[1]],
         "area": _area(region.rings), "bounds": list(region.bounds),
     }  # fmt: skip
 
 
 def _area(rings: Iterable[np.ndarray]) -> float:
-    """Area (degrees times shear) of a polygon with holes, by the shoelace formula."""
+    """Area (product of both controls) of a polygon with holes, by the shoelace formula."""
     parts = [0.5 * abs(float(np.sum(r[:-1, 0] * r[1:, 1] - r[1:, 0] * r[:-1, 1]))) for r in rings]
     return parts[0] - sum(parts[1:])

@@ -1,5 +1,5 @@
 """A phase diagram in one HDF5 file: settings, warnings and tables as attributes (JSON), `/lines/0`, ... and
-`/faces/0/ring0`, ... as arrays (n, 2) of angle in degrees and shear.
+`/faces/0/ring0`, ... as arrays (n, 2) of both controls.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ def save_phase(path: str | os.PathLike[str], diagram: PhaseDiagram) -> None:
         file.attrs["identity"] = json.dumps(diagram.settings.identity())
         file.attrs["edge"] = json.dumps([asdict(i) for i in diagram.edge])
         file.attrs["events"] = json.dumps([asdict(e) for e in diagram.events])
-        file.attrs["angles"] = json.dumps(diagram.angles)
+        file.attrs["places"] = json.dumps(diagram.places)
         file.attrs["completed"] = json.dumps(diagram.completed)
         file.attrs["warnings"] = json.dumps(diagram.warnings)
         file.attrs["seconds"] = diagram.seconds
@@ -70,6 +70,6 @@ def read_phase(file: h5py.File) -> PhaseDiagram:
     events = [PlaneEvent(**e | {k: tuple(e[k]) for k in ("ending", "passing")}) for e in table("events")]
     return PhaseDiagram(
         PhaseSettings.from_identity(json.loads(file.attrs["identity"])), tuple(lines), tuple(faces),
-        tuple(Interval(**i) for i in table("edge")), tuple(events), tuple(table("angles")), tuple(table("completed")),
+        tuple(Interval(**i) for i in table("edge")), tuple(events), tuple(table("places")), tuple(table("completed")),
         tuple(table("warnings")), float(file.attrs["seconds"]),
     )  # fmt: skip

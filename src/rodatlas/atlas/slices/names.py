@@ -17,6 +17,10 @@ from rodatlas.atlas.slices.segments import Segment
 from rodatlas.atlas.slices.settings import SliceSettings
 from rodatlas.continuation import Solution, SpecialPoint
 from rodatlas.model import Part
+from rodatlas.model.nomenclature import LocusTables
+
+ALONE, PAIR = "A", "A+-"
+"""What stable states are called in a plane."""
 
 
 class SeenNames:
@@ -54,8 +58,31 @@ class SeenNames:
         self, branches: Sequence[Followed], named: Sequence[tuple[Segment, list[Part]]],
         event_at: Callable[[SpecialPoint], Event | None],
     ) -> list[dict[int, int]]:  # fmt: skip
-        """None."""
-        return [{} for _ in branches]
+        """All folds and branch points, each once, in order of the branches."""
+        known: list[Event] = []
+        found = []
+        for followed in branches:
+            numbers = {}
+            for i, special in enumerate(followed.bifurcations):
+                event = event_at(special)
+                if event is not None:
+                    if not any(event is other for other in known):
+                        known.append(event)
+                    numbers[i] = 1 + next(k for k, other in enumerate(known) if event is other)
+            found.append(numbers)
+        return found
+
+    def in_plane(self, name: str) -> str:
+        """Whether it is one of a pair: letters and numbers may change where nothing happens to a state."""
+        return PAIR if name.endswith("+-") else ALONE
+
+    def tables(self, along: str, second: str) -> LocusTables:
+        """Nothing is known."""
+        return LocusTables()
+
+    def change(self, before: str, after: str) -> None:
+        """Names do not change smoothly."""
+        return None
 
     def _letter(self, solution: Solution) -> str:
         read = self._settings.model.ribbon

@@ -121,7 +121,7 @@ def _missing(
 def _options(settings: SliceSettings) -> str:
     """The options of a setting that are not those by default."""
     model = settings.model
-    held = ((name, settings.setting[name], model.control(name)) for name in reversed([*settings.setting]))
+    held = ((name, value, model.control(name)) for name, value in reversed(list(settings.setting.items())))
     told = (f" --{name} {value:g}" for name, value, control in held if value != control.default or control.short == "")
     return "".join(told)
 

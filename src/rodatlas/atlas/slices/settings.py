@@ -74,16 +74,25 @@ class SliceSettings:
         values : of the other controls, by name with underscores for dashes.
         """
         check_type("model", model, Model, "a Model, see rodatlas.model")
+        against = model.quantities[0].name if against is None else against
+        found = cls.at_setting(model, values, along, low, high)
+        return replace(found, against=against, tolerance=tolerance, search=search)
+
+    @classmethod
+    def at_setting(
+        cls, model: Model, values: Mapping[str, float], along: str | None = None, low: float | None = None,
+        high: float | None = None,
+    ) -> SliceSettings:  # fmt: skip
+        """As :meth:`of`, with the values of fixed controls by name, and all else by default."""
         held = [c for c in model.controls if not c.derived]
         control = model.control(held[-1].name if along is None else along, "along")
         varying = model.holder(control.name).name
-        if control.name in values or varying in values:
-            raise ValueError(f"{varying}: expected none, since the slice goes along it, got {values.get(varying)}")
+        if taken := {control.name, varying} & {name.replace("_", "-") for name in values}:
+            raise ValueError(f"{min(taken)}: expected none, since the slice goes along {control.name}, got one")
         setting = model.setting(**values).without(varying)
         usual = control.usual(setting) if control.usual is not None else (math.nan, math.nan)
         low, high = (use if given is None else given for given, use in zip((low, high), usual, strict=True))
-        against = model.quantities[0].name if against is None else against
-        return cls(model, setting, control.name, low, high, against, tolerance, search)
+        return cls(model, setting, control.name, low, high, model.quantities[0].name)
 
     def __repr__(self) -> str:
         return f"SliceSettings({self.model.name}, {self.place_text}: {self.along} {self.low:g} to {self.high:g})"

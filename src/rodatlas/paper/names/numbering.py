@@ -10,6 +10,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from rodatlas.continuation import SpecialPoint
+from rodatlas.model.nomenclature import LocusTables
 
 # (name of the state, which end of it, kind of bifurcation) -> number
 ENDS = {
@@ -45,6 +46,26 @@ NEIGHBORS: dict[int, list[tuple[str, tuple[int, int] | None, int]]] = {
     15: [("fold", None, 16)],
 }
 BARRIERS = {3, 4, 10, 11}  # numbers past which no neighbor is looked for
+
+LOCI = LocusTables(  # in angle and shear
+    known=tuple(range(19)),
+    starts=(15.0, 55.0, 60.0),
+    elsewhere={16: 55.0, 17: 60.0},
+    successors={
+        (4, ("extremum",)): 9,  # the two pitchforks of U vanish together
+        (11, ("extremum",)): 15,  # those that bound uUu, too
+        (6, ("cusp",)): 7,  # the folds that bound w
+        (7, ("cusp",)): 18,  # 7 vanishes with one of the two folds born when w touches U
+        (7, ("cusp", "extremum")): 13,  # the other one
+        (6, ("cusp", "extremum")): 14,  # born when U-w meets uUui
+    },
+    born={3: 5, 4: 12},
+    shared={10: 8},  # the two annihilate
+    roles={
+        number: frozenset((state, side) for (state, side, _), n in ENDS.items() if n == number)
+        for number in sorted(set(ENDS.values()))
+    },
+)
 
 
 def number_neighbors(special: Sequence[SpecialPoint], known: dict[int, int], closed: bool = False) -> dict[int, int]:

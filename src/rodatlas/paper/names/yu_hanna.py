@@ -8,11 +8,11 @@ from typing import Any
 
 from rodatlas.continuation import Solution, SpecialPoint
 from rodatlas.model import Model, Part
-from rodatlas.model.nomenclature import PALETTE
+from rodatlas.model.nomenclature import PALETTE, LocusTables
 from rodatlas.model.orbit import same_state
 from rodatlas.paper.names.cuts import cut_segment
-from rodatlas.paper.names.numbering import ENDS, number_neighbors, number_without_states
-from rodatlas.states.names import NAMES, OTHER, name_parts
+from rodatlas.paper.names.numbering import ENDS, LOCI, number_neighbors, number_without_states
+from rodatlas.states.names import NAMES, OTHER, middle_curvature, name_parts
 from rodatlas.states.winding import is_curled
 
 COLORS = dict(
@@ -72,6 +72,18 @@ class YuHanna:
                 numbers = number_without_states(special, closed)
             out.append(numbers)
         return out
+
+    def in_plane(self, name: str) -> str:
+        """The name itself."""
+        return name
+
+    def tables(self, along: str, second: str) -> LocusTables:
+        """Of the plane of angle and shear."""
+        return LOCI if (along, second) == ("shear", "angle") else LocusTables()
+
+    def change(self, before: str, after: str) -> Callable[[Solution], float] | None:
+        """k1(1/2): it vanishes where U becomes w, and is least where w becomes uUui."""
+        return middle_curvature
 
 
 def _holds_w(followed: Any) -> bool:
