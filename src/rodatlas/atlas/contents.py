@@ -127,9 +127,9 @@ def shapes_of(result: Result | StatesTable, state: str = "", place: float | None
         when there is no such state or shape.
     """
     if isinstance(result, Slice):
-        along = result.settings.along
-        if result.settings.model.ribbon is None:
-            raise ValueError(f"file: expected states that have a shape, got those of the model {result.settings.model.name}")
+        along, model = result.settings.along, result.settings.model
+        if model.ribbon is None:
+            raise ValueError(f"file: expected states that have a shape, got those of the model {model.name}")
         if state:
             if place is None:
                 raise ValueError(f"{along}: expected the {along} at which {state} is wanted, got none")

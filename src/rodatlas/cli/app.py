@@ -53,11 +53,16 @@ Shear = Annotated[str, option("--shear", kind="NUMBER", help="Shear dD.")]
 COMPRESSION = "dL, between 0 and 1; the ends are 1 - dL apart along x."
 POISSON = "Poisson's ratio of the band, -1 < nu <= 0.5."
 Compression = Annotated[str, option(kind="NUMBER", help=COMPRESSION)]
-FixedCompression = Annotated[
-    str | None, option("--compression", kind="NUMBER", help=COMPRESSION, default="0.5")
-]
+FixedCompression = Annotated[str | None, option("--compression", kind="NUMBER", help=COMPRESSION, default="0.5")]
 FixedPoisson = Annotated[str | None, option("--poisson", kind="NUMBER", help=POISSON, default="0.25")]
 Poisson = Annotated[str, option(kind="NUMBER", help=POISSON)]
+PlaneAngle = Annotated[
+    str | None, option("--angle", kind="DEGREES", help="Clamp angle psi0 of another plane.", default="it varies")
+]
+PlaneShear = Annotated[str | None, option("--shear", kind="NUMBER", help="Shear dD of another plane.", default="0")]
+In = Annotated[
+    str | None, option("--in", kind="NAME", help="Two controls such as compression,shear.", default="angle,shear")
+]
 Tolerance = Annotated[
     str, option("--tol", kind="NUMBER", help="Largest error at mesh points, relative to each unknown, 1e-10 to 1e-6.")
 ]
@@ -154,31 +159,53 @@ def loci_command(
         option("--number", kind="INTEGER", help="Number of a bifurcation, 0 to 18; may be repeated.", default="all"),
     ] = None,
     everything: Annotated[bool, flag("--all", help="All that have numbers, the default.")] = False,
+    where: In = None,
     angle_max: Annotated[
-        str, option("--angle-max", kind="DEGREES", help="Largest clamp angle, 15 to below 90.")
-    ] = "80",
-    compression: Compression = "0.5",
-    poisson: Poisson = "0.25",
+        str | None, option("--angle-max", kind="DEGREES", help="Largest clamp angle, 15 to below 90.", default="80")
+    ] = None,
+    angle: PlaneAngle = None,
+    shear: PlaneShear = None,
+    compression: FixedCompression = None,
+    poisson: FixedPoisson = None,
+    angle_left: AngleLeft = None,
+    angle_right: AngleRight = None,
+    twist: Twist = None,
+    offset: Offset = None,
     tol: Tolerance = "1e-8",
     out: Out = "out",
     fresh: Fresh = False,
     json_to: Json = None,
     overwrite: Overwrite = False,
 ) -> None:
-    """Follow numbered bifurcations in clamp angle and shear: special points, figure and data."""
+    """Follow numbered bifurcations in two controls, clamp angle and shear by default: special points, figure, data."""
     from rodatlas.cli.loci import run
 
     if everything and number:
         raise ValueError("all: expected no --number beside --all, got one")
-    run(number or [], angle_max, compression, poisson, tol, out, json_target(json_to, overwrite), fresh)
+    fixed = {
+        "angle": angle, "compression": compression, "poisson": poisson, "shear": shear, "angle-left": angle_left,
+        "angle-right": angle_right, "twist": twist, "offset": offset,
+    }  # fmt: skip
+    run(number or [], fixed, where, angle_max, tol, out, json_target(json_to, overwrite), fresh)
 
 
 @command("phase")
 def phase_command(
-    angle_min: Annotated[str, option("--angle-min", kind="DEGREES", help="Smallest clamp angle, 0 to 89.")] = "0",
-    angle_max: Annotated[str, option("--angle-max", kind="DEGREES", help="Largest clamp angle, below 90.")] = "80",
-    compression: Compression = "0.5",
-    poisson: Poisson = "0.25",
+    where: In = None,
+    angle_min: Annotated[
+        str | None, option("--angle-min", kind="DEGREES", help="Smallest clamp angle, 0 to 89.", default="0")
+    ] = None,
+    angle_max: Annotated[
+        str | None, option("--angle-max", kind="DEGREES", help="Largest clamp angle, below 90.", default="80")
+    ] = None,
+    angle: PlaneAngle = None,
+    shear: PlaneShear = None,
+    compression: FixedCompression = None,
+    poisson: FixedPoisson = None,
+    angle_left: AngleLeft = None,
+    angle_right: AngleRight = None,
+    twist: Twist = None,
+    offset: Offset = None,
     tol: Tolerance = "1e-8",
     workers: Annotated[str, option(kind="INTEGER", help="Number of processes that compute slices.")] = "2",
     out: Out = "out",
@@ -186,10 +213,14 @@ def phase_command(
     json_to: Json = None,
     overwrite: Overwrite = False,
 ) -> None:
-    """Map the plane of clamp angle and shear: loci, regions of stability of every state, events."""
+    """Map the plane of two controls, clamp angle and shear by default: loci, regions of stability, events."""
     from rodatlas.cli.phase import run
 
-    run(angle_min, angle_max, compression, poisson, tol, workers, out, json_target(json_to, overwrite), fresh)
+    fixed = {
+        "angle": angle, "compression": compression, "poisson": poisson, "shear": shear, "angle-left": angle_left,
+        "angle-right": angle_right, "twist": twist, "offset": offset,
+    }  # fmt: skip
+    run(fixed, where, angle_min, angle_max, tol, workers, out, json_target(json_to, overwrite), fresh)
 
 
 @command("solve")

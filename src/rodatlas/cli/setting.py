@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 from rodatlas.cli.common import SEARCHES, number, shown, whole_number
 
@@ -61,11 +61,55 @@ def slice_settings_from(fixed: Texts, tol: str, search: str = "256", where: Rang
     low, high = _ends(model, values, control, where)
     return SliceSettings.of(
         model, along=control.name, low=low, high=high, against=where.against, tolerance=number("tol", tol),
-        search=whole_number("search", search, SEARCHES), **_keywords(values),
+        search=whole_number("search", search, SEARCHES), **keywords(values),
     )  # fmt: skip
 
 
-def control_values(model: Model, fixed: Texts, varied: Control) -> dict[str, float]:
+class Plane(NamedTuple):
+    """A plane as the user asked for it: the model, its two controls, and values of the others.
+
+    Attributes
+    ----------
+    second, along : names of the controls, across and along slices.
+    fixed : values of others.
+    """
+
+    model: Model
+    second: str
+    along: str
+    fixed: dict[str, float]
+
+
+def plane_from(fixed: Texts, where: str | None) -> Plane:
+    """A plane of the band.
+
+    Parameters
+    ----------
+    fixed : values of controls. where : names of two controls, 'angle,shear'; None for those two.
+
+    Raises
+    ------
+    ValueError
+        as :func:`slice_settings_from`.
+    """
+    from rodatlas.paper.model import band
+
+    model = band()
+    names = model.plane if where is None else tuple(name.strip() for name in where.split(","))
+    if len(names) != 2:
+        raise ValueError(f"in: expected two controls such as {','.join(model.plane)}, got '{shown(where or '')}'")
+    second, along = (model.control(name, "in") for name in names)
+    if second.parameter == along.parameter:
+        raise ValueError(f"in: expected two controls that are independent, got '{shown(where or '')}'")
+    values = control_values(model, fixed, second, along)
+    for control in (second, along):
+        for name in (control.name, model.holder(control.name).name):
+            if name in values:
+                raise ValueError(f"{name}: expected none beside --in {second.name},{along.name}, got {values[name]:g}")
+    return Plane(model, second.name, along.name, keywords(values))
+
+
+def control_values(model: Model, fixed: Texts, *varied: Control) -> dict[str, float]:
     """Values of controls by name; unequal clamps have their mean for the common angle.
 
     Raises
@@ -77,7 +121,7 @@ def control_values(model: Model, fixed: Texts, varied: Control) -> dict[str, flo
     for name in values:
         model.control(name, name)
     sides = [values[name] for name in SIDES if name in values]
-    told = {*values, varied.name}
+    told = {*values, *(control.name for control in varied)}
     if "angle" in told or not sides:
         if "angle" not in told:
             raise ValueError("angle: expected --angle, or --angle-left and --angle-right, got none")
@@ -97,20 +141,20 @@ def _ends(
     """The range as far as it was given."""
     from rodatlas.paper.model import shear_range
 
-    setting = model.setting(**_keywords(values)).without(model.holder(control.name).name)
+    setting = model.setting(**keywords(values)).without(model.holder(control.name).name)
     in_words = {"shear-max": where.shear_max, "shear-min": where.shear_min}
     given = {name: text for name, text in in_words.items() if text is not None}
     for name, text in given.items():
         if control.name != "shear" or where.low is not None or where.high is not None:
             raise ValueError(f"{name}: expected the range by --from and --to alone, got --{name} {shown(text)} too")
     if given:
-        high, low = (None if text is None else number(name, text) for name, text in in_words.items())
-        return shear_range(setting, high, low)
-    least, most, what = control.limits(setting)
+        most, least = (None if text is None else number(name, text) for name, text in in_words.items())
+        return shear_range(setting, most, least)
+    bottom, top, what = control.limits(setting)
     ends = []
-    for name, text in (("from", where.low), ("to", where.high)):
-        value = None if text is None else number(name, text)
-        if value is not None and not least < value < most:
+    for name, typed in (("from", where.low), ("to", where.high)):
+        value = None if typed is None else number(name, typed)
+        if value is not None and not bottom < value < top:
             raise ValueError(f"{name}: expected {what}, got {value:g}")
         ends.append(value)
     if ends[0] is not None and ends[1] is not None and not ends[0] < ends[1]:
@@ -118,5 +162,11 @@ def _ends(
     return ends[0], ends[1]
 
 
-def _keywords(values: Mapping[str, float]) -> dict[str, float]:
+def keywords(values: Mapping[str, float]) -> dict[str, float]:
+    """Names of controls as names of arguments."""
     return {name.replace("-", "_"): value for name, value in values.items()}
+
+
+def with_unit(control: Control) -> str:
+    """The name of a control as it heads a column: 'angle [deg]'."""
+    return f"{control.name} [{control.unit}]" if control.unit else control.name

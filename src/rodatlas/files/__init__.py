@@ -11,6 +11,6 @@ from rodatlas.files.code import code_hash
 from rodatlas.files.names import digest, exact
 
 __all__ = [
-    "Held", "alone_in", "claimed", "code_hash", "digest", "exact", "keep_other_json", "remove_partials", "replace_file", "set_aside",
-    "try_claim", "write_text",
+    "Held", "alone_in", "claimed", "code_hash", "digest", "exact", "keep_other_json", "remove_partials", "replace_file",
+    "set_aside", "try_claim", "write_text",
 ]  # fmt: skip

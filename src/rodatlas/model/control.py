@@ -86,8 +86,13 @@ class Control:
     @property
     def label(self) -> str:
         """Of an axis: 'clamp angle $\\psi_0$  (degrees)'."""
+        return f"{self.what or self.name} {self.short_label}"
+
+    @property
+    def short_label(self) -> str:
+        """Of a small axis: '$\\psi_0$  (degrees)'."""
         unit = "degrees" if self.unit == DEGREES else f"units of ${self.of}$" if self.of else self.unit
-        return f"{self.what or self.name} ${self.symbol}${f'  ({unit})' if unit else ''}"
+        return f"${self.symbol}${f'  ({unit})' if unit else ''}"
 
     def equation(self, value: float, digits: int = 6) -> str:
         """The symbol and a value, in TeX without dollars: '\\psi_0=15^\\circ'."""

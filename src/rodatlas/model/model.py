@@ -123,6 +123,12 @@ class Model:
             for value in values:
                 check_type(field, value, kind, f"{kind.__name__} objects")
 
+    def __reduce__(self) -> tuple[Callable[[str], Model], tuple[str]]:
+        """Another process finds it by its name, see :mod:`rodatlas.model.registry`."""
+        from rodatlas.model.registry import model_named
+
+        return model_named, (self.name,)
+
     def __repr__(self) -> str:
         return f"Model({self.name}: controls {', '.join(c.name for c in self.controls)})"
 

@@ -38,7 +38,7 @@ def draw(sources: Sources, meetings: Sequence[Meeting], numbers: Sequence[int], 
 
     loci = sources.loci()
     events = [meeting(loci, kind, *labels) for kind, labels in meetings]
-    angles = angles_around([e.angle_deg for e in events], beyond)
+    angles = angles_around([e.second for e in events], beyond)
     shears, heights = window_of(loci, numbers, angles)
     closer = [numbered(close_up(s, (shears, heights)), loci) for s in sources.slices_at(angles)]
     panels = [Panel(s, shears, heights) for s in closer]
@@ -60,7 +60,7 @@ def numbered(slice_: Slice, loci: Loci) -> Slice:
     taken = {e.number for e in events}
     given: list[tuple[tuple[float, float], int]] = []
     for piece in loci.pieces:
-        low, high = piece.angles_deg
+        low, high = piece.span
         if piece.number is None or piece.number in taken or not low <= angle <= high:
             continue
         place = piece.at(angle)
@@ -101,7 +101,7 @@ def window_of(
     """Ranges of shear and height that hold the bifurcations of some numbers at some angles, with a margin."""
     places = []
     for piece in (p for p in loci.pieces if p.number in numbers):
-        low, high = piece.angles_deg
+        low, high = piece.span
         places += [piece.at(a) for a in angles if low <= a <= high]
     least, largest = np.min(places, axis=0), np.max(places, axis=0)
     margin = MARGIN * (largest - least)

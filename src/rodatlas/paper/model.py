@@ -123,10 +123,15 @@ def band_loci(
     compression, poisson, tolerance : as for :func:`band_slice`.
     angle_max : largest clamp angle in degrees; the smallest is zero.
     """
-    check_number("angle-max", angle_max, REFERENCE_ANGLE_DEG, 89.999999, "degrees with 15 <= angle-max < 90")
+    check_angle_max(angle_max)
     return LociSettings.of(
         band(), second_high=angle_max, compression=compression, poisson=poisson, tolerance=tolerance
     )
+
+
+def check_angle_max(angle_max: float) -> None:
+    """ValueError for a largest clamp angle of loci that the first slice, at 15 degrees, lies beyond."""
+    check_number("angle-max", angle_max, REFERENCE_ANGLE_DEG, 89.999999, "degrees with 15 <= angle-max < 90")
 
 
 def band_phase(
@@ -140,10 +145,19 @@ def band_phase(
     compression, poisson, tolerance : as for :func:`band_slice`.
     angle_min, angle_max : range of the clamp angle in degrees; loci are followed from 0 to 80 degrees at least.
     """
-    check_number("angle-min", angle_min, 0.0, 89.0, "degrees with 0 <= angle-min <= 89")
-    least = angle_min + 0.01
-    check_number("angle-max", angle_max, least, 89.999999, f"degrees with {least:g} <= angle-max < 90")
-    whole = PhaseSettings.of(
-        band(), second_high=max(angle_max, 80.0), compression=compression, poisson=poisson, tolerance=tolerance
-    )
-    return whole.window(angle_min, angle_max)
+    whole = PhaseSettings.of(band(), compression=compression, poisson=poisson, tolerance=tolerance)
+    return angle_window(whole, angle_min, angle_max)
+
+
+def angle_window(whole: PhaseSettings, angle_min: float | None, angle_max: float | None) -> PhaseSettings:
+    """A part of a plane of the clamp angle, or one that goes on to larger angles than the usual 80 degrees.
+
+    Parameters
+    ----------
+    whole : the plane over the usual angles. angle_min, angle_max : in degrees; None for those of the plane.
+    """
+    low = whole.second_low if angle_min is None else angle_min
+    check_number("angle-min", low, 0.0, 89.0, "degrees with 0 <= angle-min <= 89")
+    high, least = whole.second_high if angle_max is None else angle_max, low + 0.01
+    check_number("angle-max", high, least, 89.999999, f"degrees with {least:g} <= angle-max < 90")
+    return replace(whole, second_low=low, second_high=high, loci_high=max(high, whole.second_high))

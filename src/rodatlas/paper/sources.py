@@ -64,19 +64,19 @@ class Sources:
         """The loci of bifurcations 0 to 18."""
         if self._loci is None:
             from rodatlas.atlas.loci.obtain import obtain_loci
-            from rodatlas.atlas.loci.result import LociSettings
+            from rodatlas.paper.model import band_loci
 
             fresh = self._fresh
-            self._loci = obtain_loci(LociSettings(), self.folder, (), self.report, fresh=fresh, say=self._say)
+            self._loci = obtain_loci(band_loci(), self.folder, (), self.report, fresh=fresh, say=self._say)
         return self._loci
 
     def phase(self) -> PhaseDiagram:
         """The phase diagram over all angles; its slices lie in a folder of their own."""
         from rodatlas.atlas.phase.obtain import obtain_phase
-        from rodatlas.atlas.phase.settings import PhaseSettings
+        from rodatlas.paper.model import band_phase
 
         return obtain_phase(
-            PhaseSettings(), self.folder, self.report, workers=self.workers, fresh=self._fresh, say=self._say
+            band_phase(), self.folder, self.report, workers=self.workers, fresh=self._fresh, say=self._say
         )
 
 

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import time
 from dataclasses import replace
-from itertools import pairwise
 
 from rodatlas.atlas.slices.cache import BranchCache
 from rodatlas.atlas.slices.coexisting import overlaps

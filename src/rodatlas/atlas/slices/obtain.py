@@ -19,6 +19,7 @@ from rodatlas.continuation.store.hdf5 import checked_hdf5
 from rodatlas.files import claimed
 from rodatlas.progress import Progress, tells
 
+
 def stored_slice(folder: Path, settings: SliceSettings) -> Slice | None:
     """The slice of some settings that a folder holds; None when it has none that can be used."""
     return peek(folder / f"{settings.stem}.h5", SCHEMA, settings, read_slice)

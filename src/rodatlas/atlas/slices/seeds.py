@@ -8,7 +8,16 @@ from collections.abc import Callable, Iterable
 from rodatlas.atlas.slices.cache import BranchCache
 from rodatlas.atlas.slices.match import crossings
 from rodatlas.atlas.slices.settings import SliceSettings
-from rodatlas.continuation import Branch, EndReason, MeshControl, NotConverged, Solution, StepControl, TraceOptions, trace
+from rodatlas.continuation import (
+    Branch,
+    EndReason,
+    MeshControl,
+    NotConverged,
+    Solution,
+    StepControl,
+    TraceOptions,
+    trace,
+)
 from rodatlas.model import Seed
 from rodatlas.model.model import Keep, Source, parameters_of
 

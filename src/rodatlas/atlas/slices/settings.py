@@ -67,7 +67,7 @@ class SliceSettings:
         cls, model: Model, *, along: str | None = None, low: float | None = None, high: float | None = None,
         against: str | None = None, tolerance: float = 1e-8, search: int = 256, **values: float,
     ) -> SliceSettings:  # fmt: skip
-        """Settings with defaults: the last control of the model varies over its usual range, seen by the first quantity.
+        """Settings with defaults: the last control of the model varies over its usual range, the first quantity is seen.
 
         Parameters
         ----------
