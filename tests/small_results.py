@@ -61,7 +61,7 @@ def straight_phase(settings: PhaseSettings) -> PhaseDiagram:
         (("4", 0.33), ("11", 0.61))
     )  # fmt: skip
     faces, middle = [], float(angle.mean())
-    for rings in cut_plane(lines, settings.frame):
+    for rings in cut_plane(lines, settings):
         ((low, high),) = chords(rings, middle)
         shear = 0.5 * (low + high)
         states = ("U",) if shear < 0.33 else ("US+-",) if shear < 0.61 else ("US+-", "uUu")

@@ -57,7 +57,7 @@ if TYPE_CHECKING:
         trace,
     )
     from rodatlas.model import Control, Model, Quantity
-    from rodatlas.paper.model import band_loci, band_phase, band_slice
+    from rodatlas.paper import band_loci, band_phase, band_slice
     from rodatlas.plot import band_surface, draw_loci, draw_phase, draw_profiles, draw_slice, render_band, save_figure
     from rodatlas.rods import (
         Band,
@@ -85,7 +85,7 @@ _NAMES = {
         "end_value", "follow_locus", "integral_of", "other_solutions", "solve", "switch", "switch_all", "trace",
     ),
     "model": ("Control", "Model", "Quantity"),
-    "paper.model": ("band_loci", "band_phase", "band_slice"),
+    "paper": ("band_loci", "band_phase", "band_slice"),
     "plot": (
         "band_surface", "draw_loci", "draw_phase", "draw_profiles", "draw_slice", "render_band", "save_figure",
     ),

@@ -8,17 +8,16 @@ from pathlib import Path
 
 import pytest
 
-from rodatlas.atlas import Slice, SliceSettings
+from rodatlas.atlas import Slice
 from rodatlas.atlas.loci.obtain import obtain_loci
-from rodatlas.atlas.loci.result import LociSettings
 from rodatlas.atlas.phase.obtain import obtain_phase
-from rodatlas.atlas.phase.settings import PhaseSettings
-from rodatlas.atlas.slices.obtain import obtain_slice, stem_of, stored_slice
+from rodatlas.atlas.slices.obtain import obtain_slice, stored_slice
 from rodatlas.atlas.study import Study, list_folder, run_study
 from rodatlas.files import Held, alone_in, try_claim
+from rodatlas.paper.model import band_loci, band_phase, band_slice
 
-ONE = SliceSettings(15.0, search=0)
-PATH = f"{stem_of(ONE)}.h5"
+ONE = band_slice(15.0, search=0)
+PATH = f"{ONE.stem}.h5"
 
 
 class Stop(RuntimeError):
@@ -53,8 +52,8 @@ def test_fresh_keeps_what_is_another_result(tmp_path, cheap):
 
 
 @pytest.mark.parametrize(("obtain", "settings", "begins"), [
-    (obtain_loci, LociSettings(), "rodatlas.atlas.loci.obtain.compute_loci"),
-    (obtain_phase, PhaseSettings(), "rodatlas.atlas.phase.obtain.obtain_slices"),
+    (obtain_loci, band_loci(), "rodatlas.atlas.loci.obtain.compute_loci"),
+    (obtain_phase, band_phase(), "rodatlas.atlas.phase.obtain.obtain_slices"),
 ])  # fmt: skip
 def test_fresh_keeps_what_is_no_such_result(tmp_path, monkeypatch, obtain, settings, begins):
     def stop(*_, **__):

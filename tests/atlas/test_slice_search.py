@@ -5,12 +5,13 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from rodatlas.atlas import BranchCache, FolderCache, Followed, SliceSettings, compute_slice
+from rodatlas.atlas import BranchCache, FolderCache, Followed, compute_slice
 from rodatlas.atlas.slices import crosscheck, follow
 from rodatlas.atlas.slices.follow import trace_options
 from rodatlas.atlas.slices.search import Search, search_at, searched_shears
 from rodatlas.atlas.slices.segments import stable_segments
 from rodatlas.continuation import trace
+from rodatlas.paper.model import band_slice
 from rodatlas.rods import RodState, is_symmetric, rod_problem, second_variation_index
 from rodatlas.states import OTHER, name_parts
 from rodatlas.states.labels import parse_label
@@ -24,7 +25,7 @@ def alone():
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(follow, "carried_seeds", lambda *arguments: ([], []))
         patch.setattr(follow, "searched_shears", lambda settings: SHEARS)
-        return compute_slice(SliceSettings(30.0))
+        return compute_slice(band_slice(30.0))
 
 
 @pytest.mark.slow
@@ -34,7 +35,7 @@ def test_isolated_states_are_found_without_being_carried_over(alone, slice_30):
     assert {s.name for s in alone.states if s.branch.startswith("found@0.624")} == {"US+-", "uUu"}
     assert [s.name for s in alone.states] == [s.name for s in slice_30.states]
     for one, two in zip(alone.states, slice_30.states, strict=True):
-        assert one.shear == pytest.approx(two.shear, abs=1e-6)
+        assert one.value == pytest.approx(two.value, abs=1e-6)
         assert [e.number for e in (one.low, one.high)] == [e.number for e in (two.low, two.high)]
 
 
@@ -51,7 +52,7 @@ def test_a_state_that_the_search_misses_is_said(slice_30, monkeypatch):
     u = slice_30.state("U", 0.26)
     warnings = crosscheck.missed_states([Search(0.26, ())], [u], slice_30.settings)
     assert warnings == ["the search at shear 0.26 did not meet U: raise its number of starts"]
-    assert crosscheck.missed_states([Search(u.high.shear - 1e-3, ())], [u], slice_30.settings) == []  # next to its end
+    assert crosscheck.missed_states([Search(u.high.value - 1e-3, ())], [u], slice_30.settings) == []  # next to its end
     met = Search(u.solutions[2]["dD"], (u.solutions[2],))
     assert crosscheck.missed_states([met], [u], slice_30.settings) == []
 
@@ -65,7 +66,7 @@ def test_searches_that_found_no_state_are_said(slice_30):
 
 
 def test_what_was_found_is_kept_for_a_run_that_goes_on(tmp_path, slice_30, monkeypatch):
-    settings = SliceSettings(30.0)
+    settings = band_slice(30.0)
     states = tuple(slice_30.state(name, 0.7).solutions[0] for name in ("uUu", "US+-"))
     FolderCache(tmp_path, settings).put_states("search-0.624", states)
     FolderCache(tmp_path, settings).put_states("search-0.26", ())
@@ -74,7 +75,7 @@ def test_what_was_found_is_kept_for_a_run_that_goes_on(tmp_path, slice_30, monke
     assert [s["energy"] for s in again] == [s["energy"] for s in states]
     assert np.array_equal(again[0].values, states[0].values)
     assert search_at(0.26, settings, FolderCache(tmp_path, settings)).states == ()
-    assert len(FolderCache(tmp_path, SliceSettings(30.0, search=64))) == 0
+    assert len(FolderCache(tmp_path, band_slice(30.0, search=64))) == 0
     FolderCache(tmp_path, settings).put_states("search-0.624", states)
     path = tmp_path / "search-0.624.h5"
     path.write_bytes(path.read_bytes()[:1000])
@@ -85,7 +86,7 @@ def test_what_was_found_is_kept_for_a_run_that_goes_on(tmp_path, slice_30, monke
 
 def test_a_stable_state_without_a_name_of_the_paper():
     """At 45 degrees and dL = 0.7 a search alone knows of an isolated symmetric branch, stable between two folds."""
-    settings = SliceSettings(45.0, 0.7, shear_min=-0.05, shear_max=0.45, search=512)
+    settings = band_slice(45.0, 0.7, shear_min=-0.05, shear_max=0.45, search=512)
     states = search_at(0.286, settings, BranchCache()).states
     symmetric = [s for s in states if is_symmetric(s)]
     assert sorted(s["height"] > 0 for s in symmetric) == [False, True, True]  # W, U and this one
@@ -102,10 +103,10 @@ def test_a_stable_state_without_a_name_of_the_paper():
 
 
 def test_shears_that_are_searched_lie_in_the_range():
-    assert searched_shears(SliceSettings(15.0))[0] == 0.0
-    assert all(s <= 0.3 for s in searched_shears(SliceSettings(15.0, shear_max=0.3)))
-    small = searched_shears(SliceSettings(15.0, 0.3, shear_max=0.65))
+    assert searched_shears(band_slice(15.0))[0] == 0.0
+    assert all(s <= 0.3 for s in searched_shears(band_slice(15.0, shear_max=0.3)))
+    small = searched_shears(band_slice(15.0, 0.3, shear_max=0.65))
     assert max(small) < 0.65
     for wrong in (-1, 2.5, True):
         with pytest.raises(ValueError, match="search: expected a whole number from 0 to 1000000, got"):
-            SliceSettings(15.0, search=wrong)
+            band_slice(15.0, search=wrong)

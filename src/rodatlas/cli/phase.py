@@ -69,7 +69,7 @@ def phase_settings_from(
 
 def _files(found: PhaseDiagram, folder: Path) -> list[Path]:
     """Draw the figures and write the data as JSON; the files that are there now."""
-    from rodatlas.paper.phase import close_ups_of
+    from rodatlas.paper.phase import PANELS, close_ups_of
     from rodatlas.plot import draw_phase_figure, draw_phase_states, save_figure
 
     stem = found.settings.stem
@@ -77,7 +77,7 @@ def _files(found: PhaseDiagram, folder: Path) -> list[Path]:
     identity = found.settings.identity()
     write_own_json(text, json_text(found.to_json(), identity, None), identity)
     figures = [*save_figure(draw_phase_figure(found, close_ups_of(found.settings)), folder / stem)]
-    figures += save_figure(draw_phase_states(found), folder / f"{stem}-states")
+    figures += save_figure(draw_phase_states(found, PANELS), folder / f"{stem}-states")
     return [*figures, text, folder / f"{stem}.h5"]
 
 

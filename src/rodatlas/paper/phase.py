@@ -31,6 +31,10 @@ CLOSE_UPS = (
 )
 
 
+PANELS = ("U", "w", "uUui", "uUu", "US+-", "WS+-", "W", "S+-", "TU+-", "TW+-")
+"""States in the order of their panels."""
+
+
 def close_ups_of(settings: PhaseSettings) -> tuple[CloseUp, ...]:
     """What is too small to be seen in the whole plane, of the plane of the paper."""
     same = settings.tables.known and settings.setting == band_phase().setting

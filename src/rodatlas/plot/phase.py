@@ -130,12 +130,13 @@ def draw_phase(
     return ax
 
 
-def draw_phase_states(diagram: Any) -> Figure:
+def draw_phase_states(diagram: Any, first: Sequence[str] = ()) -> Figure:
     """One panel for each state: where it is stable, and which loci bound that region.
 
     Parameters
     ----------
     diagram : a :class:`rodatlas.atlas.PhaseDiagram`.
+    first : names of states that come first, in this order.
 
     Returns
     -------
@@ -144,7 +145,8 @@ def draw_phase_states(diagram: Any) -> Figure:
     check_has("diagram", diagram, ("settings", "faces", "names"), "a PhaseDiagram, see PhaseDiagram.load")
     from matplotlib.ticker import MaxNLocator
 
-    names, settings = diagram.names, diagram.settings
+    names = [name for name in dict.fromkeys((*first, *diagram.names)) if name in diagram.names]
+    settings = diagram.settings
     columns = 5
     rows = -(-len(names) // columns)
     with styled():
