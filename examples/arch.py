@@ -10,6 +10,8 @@ way sideways, at N = 4 pi^2, that is a^2 = h^2 - 4; it does so before it reaches
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from rodatlas.continuation import (
@@ -18,6 +20,7 @@ from rodatlas.continuation import (
     Locus,
     MeshControl,
     Solution,
+    Symmetry,
     TraceOptions,
     follow_locus,
     integral_of,
@@ -27,7 +30,7 @@ from rodatlas.continuation import (
 PI = np.pi
 
 
-def arch(h: float = 3.0) -> BVP:
+def arch(h: float = 3.0, symmetries: Sequence[Symmetry] = ()) -> BVP:
     """Shape w and its derivatives; the condition for the thrust N is an integral condition."""
     return BVP(
         lambda s, u, p: {
@@ -39,7 +42,7 @@ def arch(h: float = 3.0) -> BVP:
         unknowns=("w", "slope", "bend", "third"),
         parameters={"q": 0.0, "h": h, "N": 0.0},
         observables={"a": integral_of(lambda s, u, p: 2 * u.w * np.sin(PI * s))},
-        scales={"q": 1000.0, "N": 50.0, "h": 1.0},
+        scales={"q": 1000.0, "N": 50.0, "h": 1.0}, symmetries=symmetries,
     )  # fmt: skip
 
 

@@ -9,7 +9,7 @@ import trimesh
 
 from rodatlas.cli import main
 from rodatlas.continuation import Solution
-from rodatlas.rods import RodState
+from rodatlas.rods import Ends, RodState
 
 
 def run(capsys, *arguments):
@@ -32,10 +32,10 @@ def files(slice_15, tmp_path_factory):
     rod = RodState(slice_15.state("US+-", 0.5).solutions[3])
     state = {"name": "US+", "class": "+", "energy": rod.energy, "N0": rod.force_body[0].tolist(),
              "M0": rod.moment_body[0].tolist(), "inflections": rod.inflections}  # fmt: skip
-    setting = {"angle_deg": 15.0, "compression": 0.5, "shear": rod.solution["dD"]}
-    table = {"schema": "rodatlas/states/1", **setting, "states": [state, state | {"name": None}]}
+    setting = Ends(15.0, shear=rod.solution["dD"]).setting | {"poisson": 0.25}
+    table = {"schema": "rodatlas/states/1", "setting": setting, "states": [state, state | {"name": None}]}
     (folder / "states.json").write_text(json.dumps(table))
-    (folder / "wrong.json").write_text(json.dumps(table | {"shear": 0.1}))
+    (folder / "wrong.json").write_text(json.dumps(table | {"setting": setting | {"shear": 0.1}}))
     (folder / "other.json").write_text("[1]")
     return folder
 
@@ -106,7 +106,7 @@ def test_shapes_of_found_states(capsys, files, slice_15, tmp_path):
         ("other.json", [], "file: expected what 'rodatlas states --json' writes"),
         ("states.json", ["--format", "vtp", "--state", "TU+"], "state: expected one of US+, +2, got 'TU+'"),
         ("states.json", ["--format", "vtp", "--shear", "0"], "shear: expected a shear only for the states of a slice"),
-        ("wrong.json", ["--format", "vtp"], "state: expected N0, M0 of a state at angle 15 and shear 0.1 with energy"),
+        ("wrong.json", ["--format", "vtp"], "state: expected N0, M0 of a state at angle 15, comp"),
         ("plain.h5", ["--format", "vtp"], "file: expected the solution of a rod, got one without N1, N2, N3"),
         ("u.h5", ["--format", "obj"], "format: expected one of csv, vtp, glb, stl, got 'obj'"),
         ("u.h5", ["--format", "stl"], "band: expected LENGTHxWIDTHxTHICKNESS in mm for STL"),

@@ -47,6 +47,7 @@ FURTHER = {  # wrong for one option only
     ("phase", "--workers"): ["0", "1000000", "2000"], ("paper", "--workers"): ["0", "1000000"],
     ("study", "--workers"): ["0", "1000000"], ("states", "--starts"): ["0", "100000000"],
     ("states", "--threads"): ["0", "1000000"], ("states", "--deflate"): ["0", "1000000"],
+    ("states", "--offset"): ["0.9", "-0.9", "1"], ("states", "--twist"): ["721", "-721"],
     ("states", "--shear"): ["0.9", "-0.9", "1"], ("solve", "--shear"): ["0.9", "-0.9", "1"],
     ("solve", "--angle"): ["-1", "90", "95"], ("solve", "--from"): ["none", "folder"],
     ("export", "--samples"): ["0", "2", "1000000"], ("export", "--shear"): ["2", "-1.1"],
@@ -78,6 +79,12 @@ TOGETHER = [  # wrong only together
     (["band", "--width", "3", "--thickness", "5"], "band thickness: expected a positive length from"),
     (["band", "--modulus", "1e308", "--width", "1e200"], "band width: expected a positive length"),
     (["slice", "--angle", "15", "--out", "new", "--json", "."], "json: expected a file name or -, got the folder '.'"),
+    (["states", "--shear", "0"], "angle: expected --angle, or --angle-left and --angle-right, got none"),
+    (["states", "--shear", "0", "--angle-left", "20"], "angle-right: expected --angle-right beside --angle-left, got"),
+    (["states", "--shear", "0", "--angle-right", "20"], "angle-left: expected --angle-left beside --angle-right, got"),
+    (["states", "--shear", "0", "--angle", "20", "--angle-right", "20"], "angle-right: expected no --angle beside"),
+    (["states", "--shear", "0", "--angle-left", "181", "--angle-right", "0"], "angle-left: expected degrees between"),
+    (["states", "--shear", "0.5", "--angle", "20", "--offset", "0.8"], "shear: expected a number of size below 0.33"),
     (["slice"], "Missing option '--angle'"), (["solve"], "Missing option"), (["states", "--angle", "1"], "Missing opt"),
     (["export", "u.h5"], "Missing option '--out'"), (["export"], "Missing argument"), (["show"], "Missing argument"),
     (["study", "study.toml"], "Missing option '--out'"), (["slyce"], "No such command 'slyce'"),
@@ -134,7 +141,7 @@ def place(tmp_path_factory):
     (folder / "text.txt").write_text("hello\n")
     (folder / "study.toml").write_text("[[slices]]\nangle = 15\n")
     state = '{"name": "U", "class": "+", "energy": 1, "N0": [0, 0, 0], "M0": [0, 0, 0]}'
-    setting = '"angle_deg": 15, "compression": 0.5, "shear": 0.1'
+    setting = '"setting": {"angle": 15, "compression": 0.5, "shear": 0.1, "offset": 0, "twist": 0, "poisson": 0.25}'
     (folder / "states.json").write_text(f'{{"schema": "rodatlas/states/1", {setting}, "states": [{state}]}}')
     (folder / "folder").mkdir()
     return folder

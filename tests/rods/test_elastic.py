@@ -23,6 +23,7 @@ from rodatlas.rods import (
 )
 from rodatlas.rods.elastic import ANISOTROPIC, SYMMETRIES
 from rodatlas.rods.formulation import Sections
+from rodatlas.rods.unknowns import CIRCLE, clamps_of
 from rodatlas.states.descent import descend
 
 TIGHT = TraceOptions(mesh=MeshControl(tolerance=1e-10), newton=NewtonOptions(tolerance=1e-11))
@@ -93,7 +94,7 @@ def test_a_column_buckles_in_both_planes_at_the_loads_of_euler():
     def index(thrust):
         sections = Sections(nothing - [0.0, 0.0, thrust], nothing, nothing, np.tile(pose.quaternion, (len(s), 1)),
                             np.outer(s, pose.directors[2]))  # fmt: skip
-        parameters = {"a": 0.625, "c2": 1 / 0.3, "psi0": 0.0, "dL": 0.0, "dD": 0.0}
+        parameters = {**anisotropic_rod().problem.parameters, "c2": 1 / 0.3, "psi0": 0.0, "dL": 0.0}
         return index_of(ANISOTROPIC.guess(s, sections, parameters)).index
 
     loads = [0.3 * EULER, 0.3 * 80.762914226, 0.625 * EULER]
@@ -113,7 +114,7 @@ def test_the_ring_of_michell_and_zajac_through_the_reader():
         quaternion, position, force, moment, strain = ring.fields(s)
         sections = Sections.loaded(LinearLaw(bending, 1 / bending), force, moment, quaternion, position)
         assert sections.strain == pytest.approx(strain, abs=1e-12)
-        parameters = {"a": bending, "c2": 1 / bending, "psi0": 0.0, "dL": 1.0, "dD": 0.0}
+        parameters = {**anisotropic_rod().problem.parameters, "a": bending, "c2": 1 / bending, "psi0": 0.0}
         assert index_of(ANISOTROPIC.guess(s, sections, parameters)).index == expected
 
 
@@ -180,8 +181,7 @@ class SofteningLaw:
 def test_any_law_goes_through_problem_reader_and_index(band):
     """A law that is not linear: work is the change of energy, N.N and H + N3 are constant, the index is counted."""
     rod = elastic_rod(
-        lambda p: SofteningLaw(p.a, p.e), lambda p: Clamps.symmetric(p.psi0, p.dL, p.dD),
-        {"a": 0.625, "e": 0.0, "psi0": 0.0, "dL": 0.5, "dD": 0.0}, symmetries=SYMMETRIES,
+        lambda p: SofteningLaw(p.a, p.e), clamps_of, {"a": 0.625, "e": 0.0, **CIRCLE}, symmetries=SYMMETRIES,
     )  # fmt: skip
     options = TraceOptions(mesh=MeshControl(tolerance=1e-10), bounds={"e": (0.0, 0.02)}, locate=())
     start = RodState(band).rewritten(rod.formulation, e=0.0)

@@ -82,7 +82,7 @@ def test_what_is_read_is_written_back(broken):
 
 def test_only_rods_are_read():
     guess = Solution.from_function(lambda s: np.zeros((len(s), 2)), ("u", "v"), {"lam": 1.0})
-    with pytest.raises(ValueError, match=r"solution: expected one with N1, .*, z, a, psi0, dL, dD, got one with u"):
+    with pytest.raises(ValueError, match=r"solution: expected one with N1, .*, z, a, psi0, dL, .*, got one with u"):
         RodState(guess)
     with pytest.raises(ValueError, match="a: expected a positive stiffness in units of GJ, got 0"):
         LinearLaw(0.0)

@@ -19,7 +19,7 @@ def u_state():
 
 def starts_of(solution, segments=PLACES):
     reduced = to_reduced(solution)
-    return Starts(reduced(np.linspace(0.0, 1.0, segments + 1))[None], reduced.parameters[None, 4:].copy())
+    return Starts(reduced(np.linspace(0.0, 1.0, segments + 1))[None], reduced.parameters[None, -6:].copy())
 
 
 def test_a_solution_of_the_engine_is_found_again(u_state):

@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     import pandas as pd
 
 STATES = "rodatlas/states/1"
-SETTING = ("angle_deg", "compression", "shear", "poisson")
+SETTING = ("compression", "shear", "offset", "twist", "poisson")  # and the angle, or both angles
 NUMBERS: dict[str, tuple[int, ...]] = {"N0": (3,), "M0": (3,), "energy": ()}  # of each state, and how many
 MOST = 1e9  # size of any of them: a slip of the pen
 
@@ -37,7 +37,8 @@ class StatesTable:
     data: Mapping[str, Any]
 
     def __repr__(self) -> str:
-        return f"StatesTable({len(self.data['states'])} states at {self.data.get('angle_deg')} deg)"
+        setting = ", ".join(f"{name} {value:g}" for name, value in self.data["setting"].items())
+        return f"StatesTable({len(self.data['states'])} states at {setting})"
 
 
 def read_states_table(path: str | os.PathLike[str]) -> StatesTable:
@@ -60,9 +61,21 @@ def read_states_table(path: str | os.PathLike[str]) -> StatesTable:
         raise ValueError(f"{expected} '{path}' with {found!r}")
     for i, entry in enumerate(data["states"], 1):
         _check_entry(entry, f"{path}: state {i}")
-    for name in SETTING:
-        _check_numbers(data.get(name, 0.25 if name == "poisson" else None), (), f"{path}: {name}")
+    setting = data.get("setting")
+    if not isinstance(setting, dict):
+        raise ValueError(f"{path}: setting: expected an object with {', '.join(SETTING)}, got {setting!r}"[:200])
+    angles = ("angle_left", "angle_right") if "angle_left" in setting else ("angle",)
+    for name in (*angles, *SETTING):
+        _check_numbers(setting.get(name), (), f"{path}: setting, {name}")
+    try:
+        _ends_of(setting)
+    except ValueError as error:
+        raise ValueError(f"{path}: {error}") from None
     return StatesTable(data)
+
+
+def _ends_of(setting: Mapping[str, Any]) -> Ends:
+    return Ends.from_setting({name: value for name, value in setting.items() if name != "poisson"})
 
 
 def _check_entry(entry: Any, place: str) -> None:
@@ -167,11 +180,5 @@ def _of_states(result: Discovery | StatesTable, wanted: str) -> dict[str, Soluti
 
 
 def _rebuilt(data: Mapping[str, Any], entry: Mapping[str, Any]) -> Solution:
-    try:
-        ends = Ends(float(data["angle_deg"]), float(data["compression"]), float(data["shear"]))
-        force, moment, energy = entry["N0"], entry["M0"], float(entry["energy"])
-        poisson = float(data.get("poisson", 0.25))
-    except (KeyError, TypeError) as error:  # a table made by hand
-        raise ValueError(f"file: expected angle_deg, compression, shear, and N0, M0, energy of each state, got none of "
-                         f"{error}") from None  # fmt: skip
-    return rebuilt(ends, force, moment, energy, poisson)
+    setting = data["setting"]
+    return rebuilt(_ends_of(setting), entry["N0"], entry["M0"], float(entry["energy"]), setting["poisson"])

@@ -36,19 +36,6 @@ command = partial(app.command, cls=Command, context_settings=CONTEXT)
 Angle = Annotated[
     str | None, option("--angle", kind="DEGREES", help="Clamp angle psi0, 0 <= angle < 90.", default="none")
 ]
-AngleLeft = Annotated[
-    str | None, option("--angle-left", kind="DEGREES", help="Angle of the left clamp.", default="the common --angle")
-]
-AngleRight = Annotated[
-    str | None,
-    option("--angle-right", kind="DEGREES", help="Angle of the right clamp, as the left one's.", default="--angle"),
-]
-Twist = Annotated[
-    str | None, option("--twist", kind="DEGREES", help="Turn of the right clamp about its tangent.", default="0")
-]
-Offset = Annotated[
-    str | None, option("--offset", kind="NUMBER", help="Place of the right clamp out of the clamp plane.", default="0")
-]
 Shear = Annotated[str, option("--shear", kind="NUMBER", help="Shear dD.")]
 COMPRESSION = "dL, between 0 and 1; the ends are 1 - dL apart along x."
 POISSON = "Poisson's ratio of the band, -1 < nu <= 0.5."
@@ -63,6 +50,27 @@ PlaneShear = Annotated[str | None, option("--shear", kind="NUMBER", help="Shear 
 In = Annotated[
     str | None, option("--in", kind="NAME", help="Two controls such as compression,shear.", default="angle,shear")
 ]
+AnyAngle = Annotated[
+    str | None,
+    option("--angle", kind="DEGREES", help="Clamp angle psi0, -180 to 180.", default="one for each clamp"),
+]
+AngleLeft = Annotated[
+    str | None,
+    option("--angle-left", kind="DEGREES", help="Angle at which the band leaves the left clamp.", default="psi0"),
+]
+AngleRight = Annotated[
+    str | None,
+    option(
+        "--angle-right", kind="DEGREES", help="Angle at which it arrives at the right one, downward.",
+        default="psi0",
+    ),
+]  # fmt: skip
+OFFSET = "dY, by which the right clamp lies higher along y."
+TWIST = "Turn of the right clamp about its tangent, -720 to 720."
+Offset = Annotated[str, option("--offset", kind="NUMBER", help=OFFSET)]
+Twist = Annotated[str, option("--twist", kind="DEGREES", help=TWIST)]
+FixedOffset = Annotated[str | None, option("--offset", kind="NUMBER", help=OFFSET, default="0")]
+FixedTwist = Annotated[str | None, option("--twist", kind="DEGREES", help=TWIST, default="0")]
 Tolerance = Annotated[
     str, option("--tol", kind="NUMBER", help="Largest error at mesh points, relative to each unknown, 1e-10 to 1e-6.")
 ]
@@ -103,8 +111,8 @@ def slice_command(
     ] = None,
     angle_left: AngleLeft = None,
     angle_right: AngleRight = None,
-    twist: Twist = None,
-    offset: Offset = None,
+    twist: FixedTwist = None,
+    offset: FixedOffset = None,
     along: Annotated[
         str | None, option(kind="NAME", help="Control that varies: compression, angle ..", default="shear")
     ] = None,
@@ -169,8 +177,8 @@ def loci_command(
     poisson: FixedPoisson = None,
     angle_left: AngleLeft = None,
     angle_right: AngleRight = None,
-    twist: Twist = None,
-    offset: Offset = None,
+    twist: FixedTwist = None,
+    offset: FixedOffset = None,
     tol: Tolerance = "1e-8",
     out: Out = "out",
     fresh: Fresh = False,
@@ -204,8 +212,8 @@ def phase_command(
     poisson: FixedPoisson = None,
     angle_left: AngleLeft = None,
     angle_right: AngleRight = None,
-    twist: Twist = None,
-    offset: Offset = None,
+    twist: FixedTwist = None,
+    offset: FixedOffset = None,
     tol: Tolerance = "1e-8",
     workers: Annotated[str, option(kind="INTEGER", help="Number of processes that compute slices.")] = "2",
     out: Out = "out",
@@ -238,8 +246,8 @@ def solve_command(
     poisson: FixedPoisson = None,
     angle_left: AngleLeft = None,
     angle_right: AngleRight = None,
-    twist: Twist = None,
-    offset: Offset = None,
+    twist: FixedTwist = None,
+    offset: FixedOffset = None,
     tol: Tolerance = "1e-8",
     folder: Annotated[
         str | None, option("--from", kind="FOLDER", help="Folder of a slice to use.", default="out, if it has one")
@@ -258,9 +266,13 @@ def solve_command(
 
 @command("states")
 def states_command(
-    angle: Annotated[str, option("--angle", kind="DEGREES", help="Clamp angle psi0, -180 to 180.")],
     shear: Shear,
+    angle: AnyAngle = None,
+    angle_left: AngleLeft = None,
+    angle_right: AngleRight = None,
     compression: Compression = "0.5",
+    offset: Offset = "0",
+    twist: Twist = "0",
     poisson: Poisson = "0.25",
     classes: Annotated[
         str, option("--class", kind="CLASS", help="+ or -, which a full turn of the right clamp tells apart, or both.")
@@ -290,7 +302,8 @@ def states_command(
     from rodatlas.cli.states import run
 
     target = json_target(json_to, overwrite)
-    run(angle, shear, compression, poisson, classes, starts, stable_only, wound, deflate, threads, target)
+    clamps = (angle, angle_left, angle_right, compression, shear, offset, twist)
+    run(clamps, poisson, classes, starts, stable_only, wound, deflate, threads, target)
 
 
 @command("band")

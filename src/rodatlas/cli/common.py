@@ -3,12 +3,16 @@
 from __future__ import annotations
 
 import sys
+from typing import TYPE_CHECKING
 
 from rodatlas.cli.progress import progress_bar
 
+if TYPE_CHECKING:
+    from rodatlas.rods.ends import Ends
+
 __all__ = [
-    "DEFLATIONS", "SAMPLES", "SEARCHES", "STARTS", "WORKERS", "note", "number", "progress_bar", "shown",
-    "whole_number",
+    "DEFLATIONS", "SAMPLES", "SEARCHES", "STARTS", "WORKERS", "ends_from", "note", "number", "progress_bar",
+    "shown", "whole_number",
 ]  # fmt: skip
 
 # Ranges of whole numbers, against slips of the keyboard that would take the machine down.
@@ -37,6 +41,35 @@ def number(field: str, text: str, low: float | None = None, high: float | None =
     if low is not None and high is not None and not low <= value <= high:
         raise ValueError(f"{field}: expected a number from {low:g} to {high:g}, got {value:g}")
     return value
+
+
+def ends_from(
+    angle: str | None, angle_left: str | None, angle_right: str | None, compression: str, shear: str, offset: str,
+    twist: str,
+) -> Ends:  # fmt: skip
+    """The clamps from the texts that the user typed; None stands for an option that was not given.
+
+    Raises
+    ------
+    ValueError
+        unless there is either one angle for both clamps or one for each, and every number is within its limits.
+    """
+    from rodatlas.rods.ends import Ends
+
+    both = {"angle-left": angle_left, "angle-right": angle_right}
+    typed = [name for name, text in both.items() if text is not None]
+    if angle is not None and typed:
+        raise ValueError(f"{typed[0]}: expected no --angle beside --{typed[0]}, got both")
+    if angle is None and not typed:
+        raise ValueError("angle: expected --angle, or --angle-left and --angle-right, got none")
+    if len(typed) == 1:
+        lacking = next(name for name in both if name not in typed)
+        raise ValueError(f"{lacking}: expected --{lacking} beside --{typed[0]}, got none")
+    others = {"compression": number("compression", compression), "shear": number("shear", shear),
+              "offset": number("offset", offset), "twist_deg": number("twist", twist)}  # fmt: skip
+    if angle is not None:
+        return Ends(number("angle", angle), **others)
+    return Ends.unequal(*(number(name, str(text)) for name, text in both.items()), **others)
 
 
 def whole_number(field: str, text: str, bounds: tuple[int, int] | None = None) -> int:

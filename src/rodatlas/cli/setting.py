@@ -122,14 +122,15 @@ def control_values(model: Model, fixed: Texts, *varied: Control) -> dict[str, fl
         model.control(name, name)
     sides = [values[name] for name in SIDES if name in values]
     told = {*values, *(control.name for control in varied)}
+    if "angle" in values and sides:
+        one = next(name for name in SIDES if name in values)
+        raise ValueError(f"{one}: expected no --angle beside --{one}, got both")
     if "angle" in told or not sides:
         if "angle" not in told:
             raise ValueError("angle: expected --angle, or --angle-left and --angle-right, got none")
-        if len(sides) == len(SIDES) and "angle" in values:
-            raise ValueError(f"angle: expected none beside --angle-left and --angle-right, got {values['angle']:g}")
         return values
     if missing := [name for name in SIDES if name not in told]:
-        raise ValueError(f"{missing[0]}: expected --{missing[0]} or --angle beside the other clamp's, got none")
+        raise ValueError(f"{missing[0]}: expected --{missing[0]} beside --{next(n for n in SIDES if n in values)}, got none")
     low, high, _ = model.control("angle").limits({})
     mean = sum(sides) / len(sides)
     return {**values, "angle": min(max(mean, math.nextafter(low, high)), math.nextafter(high, low))}

@@ -13,6 +13,7 @@ from rodatlas.cli.common import (
     DEFLATIONS,
     STARTS,
     WORKERS,
+    ends_from,
     note,
     number,
     progress_bar,
@@ -27,10 +28,14 @@ if TYPE_CHECKING:
 
 
 def run(
-    angle: str, shear: str, compression: str, poisson: str, classes: str, starts: str | None, stable_only: bool,
-    wound: bool, deflate: str | None, threads: str | None, json_to: JsonTarget,
+    clamps: tuple[str | None, str | None, str | None, str, str, str, str], poisson: str, classes: str,
+    starts: str | None, stable_only: bool, wound: bool, deflate: str | None, threads: str | None, json_to: JsonTarget,
 ) -> None:  # fmt: skip
     """The command; texts come as typed and are checked here.
+
+    Parameters
+    ----------
+    clamps : the arguments of :func:`rodatlas.cli.common.ends_from`.
 
     Raises
     ------
@@ -38,11 +43,10 @@ def run(
         with code 1 when the search found nothing: one line says why, after the table and the JSON are written.
     """
     from rodatlas.rods.band import check_poisson
-    from rodatlas.rods.ends import Ends
     from rodatlas.states.discover import CLASSES, find_states
     from rodatlas.states.store import ALGORITHM
 
-    ends = Ends(number("angle", angle), number("compression", compression), number("shear", shear))
+    ends = ends_from(*clamps)
     ratio = check_poisson(number("poisson", poisson))
     if classes not in CLASSES:
         raise ValueError(f"class: expected +, - or both, got '{shown(classes)}'")
@@ -50,12 +54,12 @@ def run(
     attempts = whole_number("deflate", deflate, DEFLATIONS) if deflate is not None else 0
     workers = whole_number("threads", threads, WORKERS) if threads is not None else None
     identity = {
-        "rodatlas": __version__, "algorithm": ALGORITHM, "angle_deg": ends.angle_deg, "compression": ends.compression,
-        "shear": ends.shear, "poisson": ratio, "classes": classes, "starts": count or 0, "stable_only": stable_only,
-        "wound": wound, "deflate": attempts,
+        "rodatlas": __version__, "algorithm": ALGORITHM, **ends.setting, "poisson": ratio, "classes": classes,
+        "starts": count or 0, "stable_only": stable_only, "wound": wound, "deflate": attempts,
     }  # fmt: skip
     json_to.expect(identity)
-    with progress_bar(f"states at {ends.angle_deg:g} deg, shear {ends.shear:g}") as report:
+    at = f"{ends.angle_deg:g}" if ends.skew_deg == 0.0 else f"{ends.left_deg:g} and {ends.right_deg:g}"
+    with progress_bar(f"states at {at} deg, shear {ends.shear:g}") as report:
         found = find_states(ends, ratio, classes, count, stable_only=stable_only, wound=wound, deflate=attempts,
                             threads=workers, progress=report)  # fmt: skip
     console = Console(stderr=json_to.on_stdout)

@@ -51,9 +51,7 @@ class Search(Protocol):
     def stable_states(self, setting: Setting, starts: int, seed: int, tolerance: float) -> tuple[Solution, ...]:
         """Stable states, one of each orbit."""
 
-    def discover(
-        self, setting: Setting, starts: int | None, tolerance: float, progress: Progress | None
-    ) -> Any:
+    def discover(self, setting: Setting, starts: int | None, tolerance: float, progress: Progress | None) -> Any:
         """Stable states with their names, as a :class:`rodatlas.states.Discovery`; without `starts` until it looks
         complete."""
 
@@ -123,11 +121,22 @@ class Model:
             for value in values:
                 check_type(field, value, kind, f"{kind.__name__} objects")
 
-    def __reduce__(self) -> tuple[Callable[[str], Model], tuple[str]]:
-        """Another process finds it by its name, see :mod:`rodatlas.model.registry`."""
-        from rodatlas.model.registry import model_named
+    def __reduce__(self) -> tuple[Any, ...]:
+        """To another process a model goes by its name: functions of a module cannot be sent."""
+        from rodatlas.model.registry import model_named, place_of
 
-        return model_named, (self.name,)
+        if not (place := place_of(self)):
+            raise ValueError(f"model: expected one that is registered, as other processes need it, got {self!r}: see "
+                             "rodatlas.model.register")  # fmt: skip
+        return model_named, (self.name, place)
+
+    def identity(self) -> dict[str, object]:
+        """Name, and a digest of the problem unless its code is part of the package."""
+        from rodatlas.continuation.problem.fingerprint import fingerprint
+
+        own = self.build.__module__.split(".")[0] == "rodatlas"
+        found: dict[str, object] = {"model": self.name}
+        return found if own else {**found, "problem": fingerprint(self.problem)}
 
     def __repr__(self) -> str:
         return f"Model({self.name}: controls {', '.join(c.name for c in self.controls)})"
@@ -163,7 +172,7 @@ class Model:
     def setting(self, **values: float) -> Setting:
         """Values of all controls, those that are not given by default; underscores stand for dashes in their names.
 
-        A derived control says what a control of the same parameter is.
+        A derived control says what a control of the same parameter is; both have one unit.
 
         Raises
         ------
@@ -175,9 +184,8 @@ class Model:
         found |= {c.name: value for c, value in given if not c.derived}
         for control, value in ((c, value) for c, value in given if c.derived):
             control.check(value, found)
-            held = self.holder(control.name)
-            known = {c.parameter: c.raw(found[c.name], {}) for c in self.controls if c.name in found and not c.added}
-            found[held.name] = held.value({held.parameter: control.raw(value, known)})
+            added = (c.name for c in self.controls if c.parameter in control.added and not c.derived)
+            found[self.holder(control.name).name] = float(value) - sum(found[name] for name in added)
         for name, value in found.items():
             self.control(name).check(value, found)
         return Setting(found)
@@ -241,8 +249,21 @@ class Model:
     # -- as records ---------------------------------------------------------------------------------------------------
 
     def setting_json(self, setting: Mapping[str, float]) -> dict[str, float]:
-        """Values of the controls at a setting by their names in files."""
-        return {c.key: setting[c.name] for c in self.controls if c.name in setting}
+        """Values of the controls at a setting by name, underscores for dashes; derived ones where they tell more."""
+        held = {c.name: setting[c.name] for c in self.controls if c.name in setting}
+        known = {c.parameter: c.raw(held[c.name], {}) for c in self.controls if c.name in held}
+        for control in (c for c in self.controls if c.derived):
+            told = held.get(self.holder(control.name).name, 0.0) != 0.0
+            if told and all(name in known for name in (control.parameter, *control.added)):
+                held[control.name] = control.value(known)
+        return {name.replace("-", "_"): value for name, value in held.items()}
+
+    def head_json(self, setting: Mapping[str, float], along: str, against: str) -> dict[str, Any]:
+        """What stands first in the JSON of a result: model, setting and view, and the setting once more by the names
+        that tables have."""
+        flat = {c.key: setting[c.name] for c in self.controls if c.name in setting}
+        head = {"model": self.name, "setting": self.setting_json(setting), "along": along, "against": against}
+        return head | flat
 
     def reading_json(self, solution: Solution) -> dict[str, Any]:
         """All quantities of a state, as plain values; the loads of a rod as vectors in space at s = 0."""
@@ -256,16 +277,18 @@ class Model:
 
     def setting_text(self, setting: Mapping[str, float]) -> str:
         """Values of the controls at a setting, those left out that are zero by default and here: 'angle 15 deg'."""
-        held = [c for c in reversed(self.controls) if c.name in setting]
-        told = [c for c in held if setting[c.name] != 0.0 or c.default != 0.0]
+        told = [
+            c for c in reversed(self.controls) if c.name in setting and (setting[c.name] != 0.0 or c.default != 0.0)
+        ]
         return ", ".join(f"{c.name} {setting[c.name]:g}{f' {c.unit}' if c.unit else ''}" for c in told)
 
     def stem_parts(self, setting: Mapping[str, float]) -> list[str]:
         """Parts of names of files that tell a setting from others: '15', 'dL0.4'."""
         held = [c for c in reversed(self.controls) if c.name in setting]
         first = [exact(setting[c.name]) for c in held if c.short == ""]
-        differ = [c for c in held if c.short != "" and setting[c.name] != c.default]
-        other = [f"{c.in_files}{exact(setting[c.name])}" for c in differ]
+        other = [
+            f"{c.in_files}{exact(setting[c.name])}" for c in held if c.short != "" and setting[c.name] != c.default
+        ]
         return [*([] if self.name == DEFAULT else [self.name]), *first, *other]
 
 

@@ -28,7 +28,7 @@ def crossings(
     problem: BVP, branch: Branch, parameter: str, values: Sequence[float], tolerance: float,
     free: tuple[str, ...] = (), most: int = 1,
 ) -> list[Solution]:  # fmt: skip
-    """Solutions of a branch exactly at values of a parameter, where its index on one side at least is up to `most`."""
+    """Solutions of a branch exactly at values of a parameter, where the index is at most `most` on one side."""
     found = []
     for one, two in pairwise(branch.points):
         for value in values:

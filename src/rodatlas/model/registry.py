@@ -7,37 +7,74 @@ arguments that returns the model, 'mypackage.arches:arch'.
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import wraps
 from importlib import import_module
 from importlib.metadata import entry_points
 
-from rodatlas.continuation.checks import check_type
+from rodatlas.continuation.checks import check_function, check_type
 from rodatlas.model.model import Model
 
 GROUP = "rodatlas.models"
 BUILT_IN = {"band": "rodatlas.paper.model:band"}  # by place, for it stands above this folder
-_REGISTERED: dict[str, Callable[[], Model]] = {}
+_KNOWN: dict[str, Model] = {}
+_PLACES: dict[str, str] = {}
 
 
-def register(model: Model) -> Model:
-    """Make a model known by its name in this process, so that files with its results can be read; the model."""
-    check_type("model", model, Model, "a Model")
-    _REGISTERED[model.name] = lambda: model
-    return model
+def register(make: Callable[[], Model]) -> Callable[[], Model]:
+    """Make a model known by its name in this process, so that files with its results can be read; a decorator.
+
+    Worker processes import the module of the function and make the model again.
+
+    Parameters
+    ----------
+    make : function of a module, without arguments, that returns the model.
+
+    Examples
+    --------
+    >>> @register
+    ... def arch() -> Model:
+    ...     return Model("arch", ...)
+    >>> SliceSettings.of(model_named("arch"))
+    """
+    check_function("make", make)
+    model = make()
+    check_type("make", model, Model, "a function that returns a Model")
+    _KNOWN[model.name] = model
+    _PLACES[model.name] = f"{make.__module__}:{make.__qualname__}"
+
+    @wraps(make)
+    def known() -> Model:
+        return model
+
+    return known
 
 
-def model_named(name: str) -> Model:
+def model_named(name: str, place: str = "") -> Model:
     """The model of a name.
+
+    Parameters
+    ----------
+    place : of the function that makes it, 'module:function', where nobody may have registered it yet.
 
     Raises
     ------
     ValueError
         when nothing offers one.
     """
-    if name in _REGISTERED:
-        return _REGISTERED[name]()
-    offered = {point.name: point.value for point in entry_points(group=GROUP)} | BUILT_IN
-    if name not in offered:
-        known = ", ".join([*offered, *_REGISTERED])
-        raise ValueError(f"model: expected one of {known}, got '{name}' (rodatlas.model.register makes one known)")
-    module, _, attribute = offered[name].partition(":")
-    return register(getattr(import_module(module), attribute)())
+    if name not in _KNOWN:
+        offered = {point.name: point.value for point in entry_points(group=GROUP)} | BUILT_IN
+        where = offered.get(name) or place
+        if not where:
+            raise ValueError(f"model: expected one of {', '.join(offered)}, got '{name}' (register makes one known)")
+        module, _, attribute = where.partition(":")
+        try:
+            _KNOWN[name] = getattr(import_module(module), attribute)()
+        except (ImportError, AttributeError) as error:
+            raise ValueError(f"model: expected one that can be made, got '{name}' of {where} ({error})") from None
+        _PLACES[name] = where
+    return _KNOWN[name]
+
+
+def place_of(model: Model) -> str:
+    """Where a model is made, as :func:`model_named` finds it in another process; '' where it is not registered."""
+    return _PLACES.get(model.name, "") if _KNOWN.get(model.name) is model else ""

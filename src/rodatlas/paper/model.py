@@ -4,14 +4,13 @@ from __future__ import annotations
 
 import math
 from dataclasses import replace
-from functools import lru_cache
 
 from rodatlas.atlas.loci.settings import LociSettings
 from rodatlas.atlas.phase.settings import PhaseSettings
 from rodatlas.atlas.slices.settings import SliceSettings
 from rodatlas.continuation import Solution
 from rodatlas.continuation.checks import check_number
-from rodatlas.model import Model, Setting
+from rodatlas.model import Model, Setting, register
 from rodatlas.paper.names.yu_hanna import EQUAL, YuHanna
 from rodatlas.progress import Progress, silent
 from rodatlas.rods.ends import Ends
@@ -22,6 +21,16 @@ from rodatlas.states.winding import is_wound, twist
 
 WOUND = math.pi  # a band with more twist, int tau ds [rad], belongs to the families of wound-up states
 LEAST_SHEAR_MAX = 1e-3  # at dL = 1/2 and above; the same part of the limiting shear below
+
+
+def ends_at(setting: Setting) -> Ends:
+    """The ends of a setting of the band."""
+    left, right = (setting["angle"] + setting.get(name, 0.0) for name in ("turn-left", "turn-right"))
+    others = (setting[name] for name in ("compression", "shear"))
+    further = (setting.get(name, 0.0) for name in ("offset", "twist"))
+    if left == right:
+        return Ends(left, *others, *further)
+    return Ends.unequal(left, right, *others, *further)
 
 
 class BandSearch:
@@ -38,9 +47,15 @@ class BandSearch:
         self, setting: Setting, starts: int | None, tolerance: float, progress: Progress | None, seed: int = 1
     ) -> Discovery:
         """Stable states with their names; without `starts` until the search looks complete."""
-        ends = Ends(setting["angle"], setting["compression"], setting["shear"])
-        return find_states(ends, setting["poisson"], "+", starts, stable_only=True, tolerance=tolerance, seed=seed,
-                           progress=progress)  # fmt: skip
+        found = find_states(
+            ends_at(setting), setting["poisson"], "+", starts, stable_only=True, tolerance=tolerance, seed=seed,
+            progress=progress,
+        )  # fmt: skip
+        # the same clamps may be told by other parameters: those of the setting are wanted
+        wanted = band().parameters(setting)
+        return replace(found, states=tuple(
+            replace(s, solution=s.solution.with_parameters(**wanted)) for s in found.states
+        ))  # fmt: skip
 
     def starts_branch(self, solution: Solution) -> bool:
         """Unless it is wound up."""
@@ -59,7 +74,7 @@ def _references(setting: Setting, along: str) -> list[Setting]:
     return [at_angle, at_angle.replace(compression=REFERENCE_COMPRESSION)]
 
 
-@lru_cache(maxsize=1)
+@register
 def band() -> Model:
     """The model 'band': all that the atlas knows of the band of Yu and Hanna."""
     bare = clamped_band()
@@ -124,9 +139,7 @@ def band_loci(
     angle_max : largest clamp angle in degrees; the smallest is zero.
     """
     check_angle_max(angle_max)
-    return LociSettings.of(
-        band(), second_high=angle_max, compression=compression, poisson=poisson, tolerance=tolerance
-    )
+    return LociSettings.of(band(), second_high=angle_max, compression=compression, poisson=poisson, tolerance=tolerance)
 
 
 def check_angle_max(angle_max: float) -> None:

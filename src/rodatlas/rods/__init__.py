@@ -1,6 +1,7 @@
 """Rods and bands: from a physical description to boundary value problems, states and their stability."""
 
 from rodatlas.rods.band import NARROW, Band, bending_ratio, limiting_shear
+from rodatlas.rods.carry import Carried, carried
 from rodatlas.rods.conjugate_points import IndexResult, index_nodes, morse_index
 from rodatlas.rods.contact import Contact, self_contact
 from rodatlas.rods.elastic import anisotropic_rod, elastic_rod
@@ -16,7 +17,9 @@ from rodatlas.rods.stability import index_of
 from rodatlas.rods.state import RodState
 from rodatlas.rods.symmetry import (
     asymmetry,
+    fixes,
     half_twist,
+    has_partner,
     is_symmetric,
     is_twisted,
     mirror_angle,
@@ -24,16 +27,18 @@ from rodatlas.rods.symmetry import (
     pair_member,
     plus_member,
     reverse,
+    symmetries_at,
 )
 from rodatlas.rods.twisted import twisted_states
 from rodatlas.rods.units import BandUnits, ClampErrors
 from rodatlas.rods.width import width_effect
 
 __all__ = [
-    "NARROW", "Band", "BandUnits", "ClampErrors", "Clamps", "Contact", "Ends", "IndexResult", "LinearLaw", "Mode",
-    "Pose", "RodState", "SecondVariationResult", "anisotropic_rod", "asymmetry", "bending_ratio", "critical_mode",
-    "critical_modes", "elastic_rod", "from_reduced", "half_twist", "index_nodes", "index_of", "is_symmetric",
-    "is_twisted", "limiting_shear", "mirror_angle", "mirror_shear", "morse_index", "pair_member", "planar_states",
-    "plus_member", "reduced_problem", "reverse", "rod_problem", "second_variation_index", "self_contact", "state_at",
-    "to_reduced", "twisted_states", "width_effect",
+    "NARROW", "Band", "BandUnits", "Carried", "ClampErrors", "Clamps", "Contact", "Ends", "IndexResult", "LinearLaw",
+    "Mode", "Pose", "RodState", "SecondVariationResult", "anisotropic_rod", "asymmetry", "bending_ratio", "carried",
+    "critical_mode", "critical_modes", "elastic_rod", "fixes", "from_reduced", "half_twist", "has_partner",
+    "index_nodes", "index_of", "is_symmetric", "is_twisted", "limiting_shear", "mirror_angle", "mirror_shear",
+    "morse_index", "pair_member", "planar_states", "plus_member", "reduced_problem", "reverse", "rod_problem",
+    "second_variation_index", "self_contact", "state_at", "symmetries_at", "to_reduced", "twisted_states",
+    "width_effect",
 ]  # fmt: skip

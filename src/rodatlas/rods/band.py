@@ -138,23 +138,31 @@ def check_setting(a: object, angle: object, compression: object) -> None:
     check_between("compression", compression, 0.0, 1.0, "a number between 0 and 1 (exclusive)")
 
 
-def limiting_shear(compression: float, aspect: float = 0.0) -> float:
-    r"""Largest shear without stretching, :math:`\sqrt{1 + w^2 - (1-\Delta L)^2} - w` with w = D/L.
+def limiting_shear(compression: float, aspect: float = 0.0, offset: float = 0.0) -> float:
+    r"""Largest shear without stretching, :math:`\sqrt{1 + w^2 - (1-\Delta L)^2 - \Delta Y^2} - w` with w = D/L.
 
-    There a diagonal of the flat band is straight between opposite corners of the clamps.
+    There a diagonal of the flat band is straight between opposite corners of the clamps. Of a rod (w = 0) it is the
+    shear at which the ends are a length apart.
 
     Parameters
     ----------
-    compression : dL. aspect : w; 0 for a rod.
+    compression : dL. aspect : w; 0 for a rod. offset : dY, of the right clamp along y.
 
     Raises
     ------
     ValueError
-        unless 0 <= dL <= 1 and w >= 0.
+        unless 0 <= dL <= 1, w >= 0, and the offset alone does not stretch the band.
     """
     check_number("compression", compression, 0.0, 1.0, "a number from 0 to 1")
     check_number("aspect", aspect, 0.0, math.inf, "a number of at least 0")
-    return math.sqrt(1.0 + aspect**2 - (1.0 - compression) ** 2) - aspect
+    most = limiting_offset(compression)
+    check_number("offset", offset, -most, most, f"a number of size up to {most:.6f}, where the band is straight")
+    return math.sqrt(max(0.0, 1.0 + aspect**2 - (1.0 - compression) ** 2 - offset**2)) - aspect  # 0: round-off
+
+
+def limiting_offset(compression: float) -> float:
+    r"""Largest offset dY without stretching and without shear, :math:`\sqrt{1 - (1-\Delta L)^2}`."""
+    return math.sqrt(1.0 - (1.0 - compression) ** 2)
 
 
 NEAR_LIMIT = 0.95
@@ -164,13 +172,18 @@ at 0.96 collocation no longer confirms US+-, at 0.98 no state at all, and at 0.9
 slice ends at 0.947."""
 
 
-def near_limit(shear: float, compression: float) -> str:
-    """A warning for a shear beyond `NEAR_LIMIT` of the limiting shear; '' for any other."""
-    limit = limiting_shear(compression)
-    part = abs(shear) / limit
+def part_of_limit(shear: float, compression: float, offset: float = 0.0) -> float:
+    """Size of the displacement across x, shear and offset together, as a part of that at which the band is straight."""
+    return math.hypot(shear, offset) / limiting_shear(compression)
+
+
+def near_limit(shear: float, compression: float, offset: float = 0.0) -> str:
+    """A warning for a shear, or shear and offset, beyond `NEAR_LIMIT` of what is possible; '' for any other."""
+    limit, part = limiting_shear(compression), part_of_limit(shear, compression, offset)
     if part <= NEAR_LIMIT:
         return ""
+    what = f"{shear:g}" if offset == 0.0 else f"{shear:g} with the offset {offset:g}"
     return (
-        f"limiting shear: {shear:g} is {part:.3f} of the limiting shear {limit:.6f}; beyond {NEAR_LIMIT:g} of it "
+        f"limiting shear: {what} is {part:.3f} of the limiting shear {limit:.6f}; beyond {NEAR_LIMIT:g} of it "
         "forces grow without bound, searches miss states, and what is followed is ill-conditioned"
     )

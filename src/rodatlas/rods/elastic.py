@@ -11,8 +11,6 @@ from collections.abc import Callable, Mapping, Sequence
 from functools import lru_cache
 from typing import Any, NamedTuple
 
-import numpy as np
-
 from rodatlas.continuation import BVP, end_value, integral_of
 from rodatlas.continuation.problem.symmetry import Symmetry
 from rodatlas.continuation.problem.tracing import Named
@@ -28,12 +26,22 @@ from rodatlas.rods.formulation import (
 from rodatlas.rods.kinematics import POSE, QUATERNION, balance, director_components, pose_of, quaternion_rate
 from rodatlas.rods.law import Law, LinearLaw
 from rodatlas.rods.poses import Clamps
-from rodatlas.rods.unknowns import FORCE, FORCE_SCALE, MOMENT_SCALE, space_force, symmetries_of, unit_length
+from rodatlas.rods.unknowns import (
+    CIRCLE,
+    CLAMPS,
+    FORCE,
+    FORCE_SCALE,
+    MOMENT_SCALE,
+    clamps_of,
+    space_force,
+    symmetries_of,
+    unit_length,
+)
 
 MOMENT = ("M1", "M2", "M3")
 UNKNOWNS = (*FORCE, *MOMENT, *POSE)
 SYMMETRIES = symmetries_of(MOMENT)
-"""Of a rod whose energy is even in k2 and in (k1, tau), between symmetric clamps; see :mod:`rodatlas.rods.symmetry`."""
+"""Of a rod whose energy is even in k2 and in (k1, tau); see :mod:`rodatlas.rods.symmetry`."""
 
 
 class ElasticRod(NamedTuple):
@@ -124,11 +132,7 @@ def _linear(p: Any) -> LinearLaw:
     return LinearLaw(p.a, p.c2)
 
 
-def _symmetric(p: Any) -> Clamps:
-    return Clamps.symmetric(p.psi0, p.dL, p.dD)
-
-
-ANISOTROPIC = formulation_with(_linear, _symmetric, ("a", "c2", "psi0", "dL", "dD"))
+ANISOTROPIC = formulation_with(_linear, clamps_of, ("a", "c2", *CLAMPS))
 """How solutions of :func:`anisotropic_rod` are read."""
 
 
@@ -136,8 +140,8 @@ ANISOTROPIC = formulation_with(_linear, _symmetric, ("a", "c2", "psi0", "dL", "d
 def anisotropic_rod() -> ElasticRod:
     """The rod that bends to both sides, k2 = c2 M2, between the clamps of :class:`rodatlas.rods.Ends`.
 
-    Parameters: a = EI1/GJ, c2 = GJ/EI2, psi0 [rad], dL, dD. With c2 = 0 its states are those of
-    :func:`rodatlas.rods.rod_problem`; a rectangular section D x t has c2 = (t/D)^2/a.
+    Parameters: a = EI1/GJ, c2 = GJ/EI2, and those of the clamps, :data:`rodatlas.rods.unknowns.CLAMPS`. With c2 = 0 its
+    states are those of :func:`rodatlas.rods.rod_problem`; a rectangular section D x t has c2 = (t/D)^2/a.
 
     Examples
     --------
@@ -145,6 +149,6 @@ def anisotropic_rod() -> ElasticRod:
     >>> start = RodState(state_at(Ends(45.0))).rewritten(rod.formulation, c2=0.0)
     >>> branch = trace(rod.problem, start, ("c2",), TraceOptions(bounds={"c2": (0.0, 1.6)}))
     """
-    parameters = dict(zip(ANISOTROPIC.parameters, (0.625, 0.0, np.pi, 1.0, 0.0), strict=True))
-    rod = elastic_rod(_linear, _symmetric, parameters, symmetries=SYMMETRIES, name="anisotropic rod")
+    parameters = {"a": 0.625, "c2": 0.0, **CIRCLE}
+    rod = elastic_rod(_linear, clamps_of, parameters, symmetries=SYMMETRIES, name="anisotropic rod")
     return ElasticRod(rod.problem, ANISOTROPIC)

@@ -1,4 +1,4 @@
-"""The clamped band as a model: what of it can be varied, how its states are told apart, where its branches start."""
+"""The clamped band as a model: what of it can vary, how its states are told apart, and where its branches start."""
 
 from __future__ import annotations
 
@@ -10,6 +10,7 @@ from rodatlas.continuation import BVP, NotConverged, Solution
 from rodatlas.model import Control, Invariant, Model, Quantity, Seed, Setting
 from rodatlas.model.control import Limits, Range
 from rodatlas.model.model import Keep, Source
+from rodatlas.rods.ends import MOST_TWIST
 from rodatlas.rods.band import EDGE, NARROW, bending_ratio, limiting_shear, near_limit
 
 REFERENCE_ANGLE_DEG, REFERENCE_COMPRESSION, REFERENCE_POISSON = 15.0, 0.5, 0.25
@@ -22,28 +23,33 @@ STEEPEST = 89.999999  # degrees
 # -- controls ---------------------------------------------------------------------------------------------------------
 
 
+def _limiting_shear(setting: Mapping[str, float]) -> float:
+    return limiting_shear(setting["compression"], offset=setting.get("offset", 0.0))
+
+
 def shear_limits(setting: Mapping[str, float]) -> Limits:
     """The shear at which the band is straight from clamp to clamp."""
-    limit = limiting_shear(setting["compression"])
+    limit = _limiting_shear(setting)
     what = f"a number of size below {limit:.6f}, the limiting shear for compression {setting['compression']:g}"
     return Limits(-limit, limit, what)
 
 
 def usual_shears(setting: Mapping[str, float]) -> Range:
     """-0.05 to 0.82 at dL = 1/2, and the same parts of the limiting shear at other compressions."""
-    part = limiting_shear(setting["compression"]) / limiting_shear(REFERENCE_COMPRESSION)
+    part = _limiting_shear(setting) / limiting_shear(REFERENCE_COMPRESSION)
     return -round(0.05 * part, 9), round(0.82 * part, 9)
 
 
 def wide_shears(setting: Mapping[str, float]) -> Range:
     """-0.1 to 0.86 at dL = 1/2, and the same parts of the limiting shear at other compressions."""
-    part = limiting_shear(setting["compression"]) / limiting_shear(REFERENCE_COMPRESSION)
+    part = _limiting_shear(setting) / limiting_shear(REFERENCE_COMPRESSION)
     return -0.1 * part, 0.86 * part
 
 
 def _compressions(setting: Mapping[str, float]) -> Limits:
     """Between the straight band and one whose clamps meet."""
-    least = 1.0 - math.sqrt(1.0 - min(abs(setting.get("shear", 0.0)), 1.0) ** 2)
+    aside = math.hypot(setting.get("shear", 0.0), setting.get("offset", 0.0))
+    least = 1.0 - math.sqrt(1.0 - min(aside, 1.0) ** 2)
     low = max(EDGE, least)
     what = f"a number between {'0' if least <= EDGE else f'{least:.6f}, at which the band is straight,'} and 1"
     return Limits(math.nextafter(low, 0.0), math.nextafter(1.0 - EDGE, 1.0), f"{what} (from {low:g} to {1.0 - EDGE:g})")
@@ -51,6 +57,11 @@ def _compressions(setting: Mapping[str, float]) -> Limits:
 
 def _angles(setting: Mapping[str, float]) -> Limits:
     return Limits(math.nextafter(0.0, -1.0), math.nextafter(STEEPEST, 90.0), "degrees with 0 <= angle < 90")
+
+
+def _twists(setting: Mapping[str, float]) -> Limits:
+    what = f"degrees between -{MOST_TWIST:g} and {MOST_TWIST:g} (exclusive)"
+    return Limits(-MOST_TWIST, MOST_TWIST, what)
 
 
 def _turns(setting: Mapping[str, float]) -> Limits:
@@ -74,9 +85,21 @@ CONTROLS = (  # in the order in which a state is carried to another setting
     Control("angle", "psi0", r"\psi_0", 15.0, "deg", limits=_angles, usual=lambda at: (0.0, 85.0),
             wide=lambda at: (0.0, 80.0), what="clamp angle",
             short=""),
+    Control("turn-left", "turn_left", r"\delta_0", 0.0, "deg", limits=_turns, usual=lambda at: (-30.0, 30.0),
+            what="turn of the left clamp"),
+    Control("turn-right", "turn_right", r"\delta_1", 0.0, "deg", limits=_turns, usual=lambda at: (-30.0, 30.0),
+            what="turn of the right clamp"),
+    Control("offset", "dY", r"\Delta Y", 0.0, of="L", limits=_offsets, usual=lambda at: (-0.3, 0.3),
+            what="offset of the clamps"),
+    Control("twist", "twist_right", r"\chi", 0.0, "deg", limits=_twists, usual=lambda at: (-90.0, 90.0),
+            what="twist of the right clamp"),
     Control("shear", "dD", r"\Delta D", 0.0, of="L", limits=shear_limits, usual=usual_shears, wide=wide_shears,
-            care=lambda value, at: near_limit(value, at["compression"]), what="shear",
+            care=lambda value, at: near_limit(value, at["compression"], at.get("offset", 0.0)), what="shear",
             short="dD"),
+    Control("angle-left", "turn_left", r"\psi_0", 15.0, "deg", added=("psi0",), limits=_turns,
+            usual=lambda at: (-30.0, 60.0), what="angle of the left clamp", derived=True),
+    Control("angle-right", "turn_right", r"\psi_1", 15.0, "deg", added=("psi0",), limits=_turns,
+            usual=lambda at: (-30.0, 60.0), what="angle of the right clamp", derived=True),
 )  # fmt: skip
 
 

@@ -37,13 +37,22 @@ from rodatlas.rods.kinematics import (
     quaternion_rate,
 )
 from rodatlas.rods.law import LinearLaw
-from rodatlas.rods.poses import Clamps
-from rodatlas.rods.unknowns import FORCE, FORCE_SCALE, MOMENT_SCALE, space_force, symmetries_of, unit_length
+from rodatlas.rods.unknowns import (
+    CIRCLE,
+    CLAMPS,
+    FORCE,
+    FORCE_SCALE,
+    MOMENT_SCALE,
+    clamps_of,
+    space_force,
+    symmetries_of,
+    unit_length,
+)
 
 LOADS = ("k1", "M2", "tau")  # the strain where it can change, otherwise the moment
 UNKNOWNS = (*FORCE, "M2", "k1", "tau", *POSE)
 REDUCED_UNKNOWNS = POSE
-SETTING = ("a", "psi0", "dL", "dD")
+SETTING = ("a", *CLAMPS)
 CONSTANTS = ("nx", "ny", "nz", "mx", "my", "mz")
 SYMMETRIES = symmetries_of(LOADS)
 """See :mod:`rodatlas.rods.symmetry` for the table."""
@@ -55,13 +64,18 @@ def rod_problem() -> BVP:
 
     .. math:: N' + \omega \times N = 0, \quad M' + \omega \times M + d_3 \times N = 0, \quad X' = d_3
 
-    Parameters: a = EI1/GJ, psi0 [rad], dL, dD. Observables: height = int y ds, energy = int (a k1^2 + tau^2)/2 ds,
-    end_force_z = z component of N in space at s = 0 (dE/d(dD) along a branch).
+    Parameters: a = EI1/GJ, and those of the clamps: psi0 [rad], dL, dD, dY, turn_left, turn_right, twist_left and
+    twist_right [rad], see :meth:`rodatlas.rods.Clamps.changed`. Observables: height = int y ds, energy =
+    int (a k1^2 + tau^2)/2 ds, end_force_z = z component of N in space at s = 0 (dE/d(dD) along a branch).
+
+    The energy of equilibria changes with a clamp by the work that the clamp does, of the force n = N and the moment m
+    there: dE/d(dL) = -n_x, dE/d(dD) = n_z, dE/d(dY) = n_y, dE/d(turn_left) = -m_z(0), dE/d(turn_right) = -m_z(1),
+    dE/d(twist_left) = -M3(0), dE/d(twist_right) = M3(1).
     """
 
     return BVP(
         lambda s, u, p: rates(u, p), _held, unknowns=UNKNOWNS,
-        parameters={"a": 0.625, "psi0": np.pi, "dL": 1.0, "dD": 0.0},
+        parameters={"a": 0.625, **CIRCLE},
         observables={
             "height": integral_of(lambda s, u, p: u.y),
             "energy": integral_of(lambda s, u, p: LinearLaw(p.a).energy_density(*_loaded(u, p))),
@@ -99,7 +113,7 @@ def reduced_problem() -> BVP:
     """
 
     def moment(u: Any, p: Any) -> list[Any]:
-        start, force = Clamps.symmetric(p.psi0, p.dL, p.dD).left.position, (p.nx, p.ny, p.nz)
+        start, force = clamps_of(p).left.position, (p.nx, p.ny, p.nz)
         arm = [here - there for here, there in zip((u.x, u.y, u.z), start, strict=True)]
         m = [m0 - turned for m0, turned in zip((p.mx, p.my, p.mz), cross(arm, force), strict=True)]
         frame = director_components(u.q0, u.q1, u.q2, u.q3)
@@ -115,7 +129,7 @@ def reduced_problem() -> BVP:
 
     return BVP(
         rhs, _held, unknowns=REDUCED_UNKNOWNS,
-        parameters={"a": 0.625, "psi0": np.pi, "dL": 1.0, "dD": 0.0, **dict.fromkeys(CONSTANTS, 0.0)},
+        parameters={"a": 0.625, **CIRCLE, **dict.fromkeys(CONSTANTS, 0.0)},
         observables={"height": integral_of(lambda s, u, p: u.y), "energy": integral_of(energy),
                      "end_force_z": end_value(lambda left, right, p: p.nz)},
         scales={**dict.fromkeys(CONSTANTS[:3], FORCE_SCALE), **dict.fromkeys(CONSTANTS[3:], MOMENT_SCALE)},
@@ -125,10 +139,6 @@ def reduced_problem() -> BVP:
 
 def _law(p: Parameters) -> LinearLaw:
     return LinearLaw(p["a"])
-
-
-def _clamps(p: Parameters) -> Clamps:
-    return Clamps.symmetric(p["psi0"], p["dL"], p["dD"])
 
 
 def _read(u: Columns, p: Parameters) -> Sections:
@@ -145,18 +155,18 @@ def _write(x: Sections, p: Parameters) -> Columns:
 
 def _read_reduced(u: Columns, p: Parameters) -> Sections:
     force, moment = (np.array([p[name] for name in names]) for names in (CONSTANTS[:3], CONSTANTS[3:]))
-    return held_by(_law(p), force, moment, *pose_of(u), origin=np.array(_clamps(p).left.position))
+    return held_by(_law(p), force, moment, *pose_of(u), origin=np.array(clamps_of(p).left.position))
 
 
-FULL = Formulation(UNKNOWNS, SETTING, _law, _clamps, _read, _write)
+FULL = Formulation(UNKNOWNS, SETTING, _law, clamps_of, _read, _write)
 REDUCED = Formulation(
-    REDUCED_UNKNOWNS, (*SETTING, *CONSTANTS), _law, _clamps, _read_reduced, lambda x, p: pose_columns(x)
+    REDUCED_UNKNOWNS, (*SETTING, *CONSTANTS), _law, clamps_of, _read_reduced, lambda x, p: pose_columns(x)
 )
 
 
 def setting(law: LinearLaw, ends: Ends) -> dict[str, float]:
     """Parameters of :func:`rod_problem` for a perfectly anisotropic rod between clamps."""
-    return {"a": law.a, "psi0": ends.angle, "dL": ends.compression, "dD": ends.shear}
+    return {"a": law.a, **ends.parameters}
 
 
 def check_rod(solution: object) -> None:
@@ -183,4 +193,4 @@ def from_reduced(solution: Solution) -> Solution:
 
 
 def _held(left: Any, right: Any, p: Any) -> list[Any]:
-    return Clamps.symmetric(p.psi0, p.dL, p.dD).residual(left, right)
+    return clamps_of(p).residual(left, right)

@@ -58,6 +58,23 @@ class Pose:
         c, s = np.cos(angle / 2) / np.sqrt(2.0), np.sin(angle / 2) / np.sqrt(2.0)
         return cls((c, -s, c, s), tuple(position))
 
+    def twisted(self, angle: Any) -> Pose:
+        r"""The same clamp turned about its own tangent, in the sense of a positive twist.
+
+        .. math:: q \to q\,(\cos(\phi/2), 0, 0, \sin(\phi/2))
+
+        Parameters
+        ----------
+        angle : phi [rad], a number or a symbol. A full turn leads to -q, and so to the other class.
+        """
+        c, s = np.cos(angle / 2), np.sin(angle / 2)
+        q0, q1, q2, q3 = self.quaternion
+        return replace(self, quaternion=(q0 * c - q3 * s, q1 * c + q2 * s, q2 * c - q1 * s, q3 * c + q0 * s))
+
+    def moved(self, offset: Sequence[Any]) -> Pose:
+        """The same clamp elsewhere: its position changed by an offset (3,) [L]."""
+        return replace(self, position=tuple(x + d for x, d in zip(self.position, offset, strict=True)))
+
     @property
     def numbers(self) -> np.ndarray:
         """(7,) quaternion and position, in the order of :data:`rodatlas.rods.kinematics.POSE`."""
@@ -79,9 +96,10 @@ class Clamps:
 
     Examples
     --------
-    Unequal angles, of 20 and 35 degrees, at dL = 1/2:
+    Unequal angles, of 20 and 35 degrees, at dL = 1/2, the right clamp turned about its tangent by half a turn:
 
-    >>> Clamps(Pose.tilted(np.radians(20.0), (0.0, 0.0, 0.0)), Pose.tilted(-np.radians(35.0), (0.5, 0.0, 0.0)))
+    >>> left = Pose.tilted(math.radians(20.0), (0.0, 0.0, 0.0))
+    >>> Clamps(left, Pose.tilted(-math.radians(35.0), (0.5, 0.0, 0.0)).twisted(math.pi))
     """
 
     left: Pose
@@ -98,6 +116,27 @@ class Clamps:
         shear : dD, relative displacement of the ends along z, the width direction.
         """
         return cls(Pose.tilted(angle, (0.0, 0.0, -shear)), Pose.tilted(-angle, (1 - compression, 0.0, 0.0)))
+
+    @classmethod
+    def changed(
+        cls, angle: Any, compression: Any, shear: Any, offset: Any, turn_left: Any, turn_right: Any, twist_left: Any,
+        twist_right: Any,
+    ) -> Clamps:  # fmt: skip
+        """The clamps of :meth:`symmetric`, each turned further in the plane of the clamps and about its own tangent.
+
+        Numbers or symbols alike; where all the further arguments are 0, these are the clamps of :meth:`symmetric`, bit
+        for bit.
+
+        Parameters
+        ----------
+        angle, compression, shear : as for :meth:`symmetric`.
+        offset : dY, what the right clamp is displaced along y.
+        turn_left, turn_right : added to the angle at which the tangent leaves, and to that at which it arrives [rad].
+        twist_left, twist_right : by which each clamp is turned about its own tangent [rad].
+        """
+        left = Pose.tilted(angle + turn_left, (0.0, 0.0, -shear)).twisted(twist_left)
+        right = Pose.tilted(-(angle + turn_right), (1 - compression, 0.0, 0.0)).moved((0.0, offset, 0.0))
+        return cls(left, right.twisted(twist_right))
 
     def residual(self, left: Any, right: Any) -> list[Any]:
         """Thirteen boundary conditions that hold the unknowns by name at both ends in these poses.

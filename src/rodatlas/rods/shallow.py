@@ -30,7 +30,7 @@ def first_mode(a: float, compression: float) -> Solution:
     ----------
     a : EI1/GJ; compression : dL, small.
     """
-    parameters = {**rod_problem().parameters, "a": a, "psi0": 0.0, "dL": compression, "dD": 0.0}
+    parameters = {**rod_problem().parameters, "a": a, "psi0": 0.0, "dL": compression}
     amplitude, wave = 2 * math.sqrt(compression), 2 * math.pi
 
     def fields(s: np.ndarray) -> np.ndarray:

@@ -154,4 +154,4 @@ def _guess(strain: np.ndarray, load: np.ndarray, a: float, angle: float, compres
     middles = middles._replace(strain=np.insert(strain, 1, 0.0, axis=1))
     extended = Sections(*(np.vstack([1.5 * x[:1] - 0.5 * x[1:2], x, 1.5 * x[-1:] - 0.5 * x[-2:-1]]) for x in middles))
     s = np.concatenate([[0.0], (np.arange(len(strain)) + 0.5) / len(strain), [1.0]])
-    return FULL.guess(s, extended, {"a": a, "psi0": angle, "dL": compression, "dD": 0.0})
+    return FULL.guess(s, extended, {**rod_problem().parameters, "a": a, "psi0": angle, "dL": compression})

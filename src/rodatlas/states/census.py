@@ -9,13 +9,24 @@ from rodatlas.states.shooting import Shots
 SAME = 1e-5
 
 
-def invariants(shots: Shots, rows: np.ndarray) -> np.ndarray:
-    """(len(rows), 4) of some shots: energy, height, n.n and n.m, scaled; equal for a state and its reversal."""
+def invariants(shots: Shots, rows: np.ndarray, pairs: bool = True) -> np.ndarray:
+    """(len(rows), d) of some shots, by which equal states are known.
+
+    Parameters
+    ----------
+    pairs : whether the reversal maps the states at this setting to one another. If so, energy, height, n.n and n.m,
+        scaled: d = 4 numbers that a state and its partner share. If not, the directions of n and m(0) too, d = 10: a
+        mirror may map the setting to itself, and two different states have the same four numbers then.
+    """
     n, m = shots.constants[rows, :3], shots.constants[rows, 3:]
     square = np.einsum("bi,bi->b", n, n)
     product = np.einsum("bi,bi->b", n, m)
     energy, size = np.log1p(shots.energy[rows]), 1.0 + square
-    return np.column_stack([energy, shots.height[rows], np.log(size), product / size])
+    shared = np.column_stack([energy, shots.height[rows], np.log(size), product / size])
+    if pairs:
+        return shared
+    m_size = 1.0 + np.einsum("bi,bi->b", m, m)
+    return np.column_stack([shared, n / np.sqrt(size)[:, None], m / np.sqrt(m_size)[:, None]])
 
 
 def species(keys: np.ndarray) -> np.ndarray:

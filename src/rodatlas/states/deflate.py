@@ -14,11 +14,11 @@ from rodatlas.continuation import MeshControl, NotConverged, Solution, TraceOpti
 from rodatlas.continuation.curve.deflation import deflated_solve, perturbed
 from rodatlas.rods.perfectly_anisotropic import rod_problem
 from rodatlas.rods.state import RodState
-from rodatlas.rods.symmetry import is_symmetric, reverse
+from rodatlas.rods.symmetry import has_partner, reverse
 
 
 def deflated(known: Sequence[Solution], attempts: int, tolerance: float, largest_force: float) -> list[Solution]:
-    """States that are not known, one of each +/- pair.
+    """States that are not known, one of each +/- pair where there are pairs.
 
     Parameters
     ----------
@@ -35,7 +35,7 @@ def deflated(known: Sequence[Solution], attempts: int, tolerance: float, largest
             new = deflated_solve(rod_problem(), guess, out, ("dD",), options)
         except NotConverged:
             continue
-        out += [new] if is_symmetric(new) else [new, reverse(new)]
+        out += [new, reverse(new)] if has_partner(new) else [new]
         if np.linalg.norm(RodState(new).force[0]) <= largest_force:
             found.append(new)
     return found

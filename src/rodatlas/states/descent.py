@@ -29,7 +29,7 @@ def descend(shape: Solution, shear: float | None = None, tolerance: float = 1e-8
 
     Parameters
     ----------
-    shape : any shape of a rod, of class +; need not be an equilibrium.
+    shape : any shape of a rod, of class +, between any clamps; need not be an equilibrium.
     shear : dD at which the ends are held, if other than that of the shape.
     tolerance : of the solution.
 
@@ -40,7 +40,7 @@ def descend(shape: Solution, shear: float | None = None, tolerance: float = 1e-8
     from rodatlas.states._descent_kernel import descend_band
 
     if shear is not None:
-        check_shear(shear, shape["dL"])
+        check_shear(shear, shape["dL"], shape["dY"])
         shape = shape.with_parameters(dD=shear)
     pieces = RodState(shape).at((np.arange(PIECES) + 0.5) / PIECES)
     left, right, softness = pieces.clamps.left.numbers, pieces.clamps.right.numbers, softness_of_band(pieces.law)

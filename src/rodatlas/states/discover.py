@@ -4,20 +4,22 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 
 import numpy as np
 
 from rodatlas.continuation import MeshControl, NotConverged, Solution, TraceOptions, solve
 from rodatlas.continuation.checks import check_type
 from rodatlas.progress import Progress, tells
-from rodatlas.rods.band import bending_ratio, check_between, check_whole, limiting_shear, near_limit
+from rodatlas.rods.band import bending_ratio, check_between, check_whole, near_limit, part_of_limit
 from rodatlas.rods.ends import ENDS, Ends
 from rodatlas.rods.law import LinearLaw
-from rodatlas.rods.perfectly_anisotropic import rod_problem
+from rodatlas.rods.perfectly_anisotropic import rod_problem, setting
 from rodatlas.rods.stability import index_of
-from rodatlas.rods.symmetry import is_symmetric, pair_member, reverse
+from rodatlas.rods.symmetry import fixes, has_partner, pair_member, reverse
 from rodatlas.states.census import FEW, invariants, species, unseen
 from rodatlas.states.deflate import deflated
+from rodatlas.states.images import with_images
 from rodatlas.states.result import Discovery, FoundState
 from rodatlas.states.search import default_threads, hunt
 from rodatlas.states.shooting import Shots, all_shots, as_guess
@@ -44,12 +46,17 @@ class _Census:
     counts: dict[int, int] = field(default_factory=dict)
     limit: float = np.inf
 
+    @cached_property
+    def pairs(self) -> bool:
+        """Whether the reversal maps the states at this setting to one another."""
+        return fixes("reversal", setting(self.law, self.ends))
+
     def add(self, more: Shots, report: Callable[[int, int], None]) -> None:
         """Count the species again with more shots, and confirm new ones."""
         self.shots = all_shots([self.shots, more]) if self.shots else more
         force = np.linalg.norm(np.where(self.shots.converged[:, None], self.shots.constants[:, :3], np.inf), axis=1)
         rows = np.flatnonzero(self.shots.converged & (force <= self.limit))
-        first, met = np.unique(species(invariants(self.shots, rows)), return_counts=True)
+        first, met = np.unique(species(invariants(self.shots, rows, self.pairs)), return_counts=True)
         self.counts = {int(row): int(count) for row, count in zip(rows[first], met, strict=True)}
         new = [row for row in self.counts if row not in self.states]
         for done, row in enumerate(new):
@@ -79,7 +86,10 @@ def find_states(
     stable_only: bool = False, wound: bool = False, tolerance: float = 1e-8, force_range: float | None = None,
     deflate: int = 0, seed: int = 1, threads: int | None = None, progress: Progress | None = None,
 ) -> Discovery:  # fmt: skip
-    """Search for equilibria at one setting.
+    """Search for equilibria at one setting, between any two clamps.
+
+    Names are given between clamps tilted alike only (:attr:`rodatlas.rods.Ends.alike`), and a state has a partner only
+    where the reversal leaves the clamps alone.
 
     Parameters
     ----------
@@ -185,9 +195,12 @@ def _collected(
     limit: float | None,
 ) -> Discovery:  # fmt: skip
     """One result of the searches of all classes."""
-    kept = [states for census in parts for states in census.kept(stable_only, wound).values()]
+    kept = [
+        states for census in parts for states in with_images([*census.kept(stable_only, wound).values()])
+    ]  # fmt: skip
     found = sorted((s for states in kept for s in states), key=lambda s: (s.cls, s.solution["energy"], s.pair or ""))
-    names = names_of([(s.solution, s.cls, s.index, s.pair or "") for s in found])
+    told = [(s.solution, s.cls, s.index, s.pair or "") for s in found]
+    names = names_of(told) if ends.alike else [None] * len(found)
     found = [replace(s, name=name) for s, name in zip(found, names, strict=True)]
     counts = np.array([states[0].count for states in kept], dtype=int)
     number, chance = unseen(counts) if counts.sum() >= FEW else (None, None)
@@ -231,14 +244,15 @@ def _doubts(ends: Ends, parts: list[_Census], rounds: list[list[int]], counts: n
     if total < FEW and any(census.counts for census in parts):
         found.append(f"search: the states listed were met {total} times in all, too few to tell how many were not met: "
                      "raise the number of starts")  # fmt: skip
-    near = near_limit(ends.shear, ends.compression)
+    near = near_limit(ends.shear, ends.compression, ends.offset)
     return (*found, near) if near else tuple(found)
 
 
 def _advice(ends: Ends) -> str:
     """What to do about a search that found nothing."""
-    part = abs(ends.shear) / limiting_shear(ends.compression)
-    return f"raise the number of starts, or keep away from the limiting shear (this shear is {part:.3f} of it)"
+    part = part_of_limit(ends.shear, ends.compression, ends.offset)
+    what = "shear" if ends.offset == 0.0 else "shear and offset together"
+    return f"raise the number of starts, or keep away from the limiting shear (this {what} is {part:.3f} of it)"
 
 
 def _confirmed(shots: Shots, row: int, law: LinearLaw, ends: Ends, sign: int, tolerance: float) -> list[FoundState]:
@@ -256,6 +270,6 @@ def _confirmed(shots: Shots, row: int, law: LinearLaw, ends: Ends, sign: int, to
 def _members(solution: Solution, sign: int) -> list[FoundState]:
     """A state, and its partner where it has one."""
     index, cls = index_of(solution).index, "+" if sign > 0 else "-"
-    if is_symmetric(solution):
+    if not has_partner(solution):
         return [FoundState(solution, cls, None, index, None, 0)]
     return [FoundState(member, cls, None, index, pair_member(member), 0) for member in (solution, reverse(solution))]

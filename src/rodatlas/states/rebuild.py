@@ -15,6 +15,7 @@ from rodatlas.rods.law import LinearLaw
 from rodatlas.rods.perfectly_anisotropic import FULL, rates, rod_problem, setting
 
 POINTS = 65
+TOLD = ("angle", "shear")  # of a setting even where they are zero
 CLOSE = 1e-5  # relative difference of the energy beyond which another state was found
 
 
@@ -47,7 +48,7 @@ def rebuilt(
 
     at = np.linspace(0.0, 1.0, POINTS)
     run = solve_ivp(rate, (0.0, 1.0), start, method="DOP853", t_eval=at, rtol=1e-11, atol=1e-11)
-    where = f"angle {ends.angle_deg:g} and shear {ends.shear:g}"
+    where = ", ".join(f"{name} {x:g}" for name, x in ends.setting.items() if name in TOLD or x)
     wrong = f"state: expected N0, M0 of a state at {where} with energy {energy:g}"
     if not run.success or not np.isfinite(run.y).all():
         raise ValueError(f"{wrong}, got a curve that cannot be integrated ({run.message})")

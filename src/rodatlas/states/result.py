@@ -13,6 +13,7 @@ from rodatlas.rods.band import NARROW
 from rodatlas.rods.contact import Contact, self_contact, width_text
 from rodatlas.rods.ends import Ends
 from rodatlas.rods.state import RodState
+from rodatlas.rods.symmetry import is_symmetric
 from rodatlas.states.labels import chosen, in_order, labels, look, parse_label, slope
 from rodatlas.states.winding import is_wound, twist
 
@@ -20,6 +21,8 @@ if TYPE_CHECKING:
     from rodatlas.continuation.table import Table
 
 SCHEMA = "rodatlas/states/1"
+MODEL = "band"  # as JSON calls the model that is searched
+VECTORS = ("N0", "M0", "force", "moment")  # fields of a state with three components
 
 
 @dataclass(frozen=True)
@@ -31,7 +34,7 @@ class FoundState:
     cls : '+' or '-', the class.
     name : None where nothing that is known at one setting decides (:func:`rodatlas.states.single.names_of`).
     index : Morse index, -1 if it could not be counted.
-    pair : '+' or '-' of a reversal-broken state, None of a symmetric one.
+    pair : '+' or '-' of a state whose reversal is another one at the same setting, None of others.
     count : how often the search met it or its partner.
     """
 
@@ -74,12 +77,13 @@ class FoundState:
         return self_contact(self.solution)
 
     def to_json(self) -> dict[str, Any]:
-        """The state as in schema rodatlas/states/1; N0, M0 in body components at s = 0."""
+        """The state as in schema rodatlas/states/1; N0, M0 in body components at s = 0, force and moment in space."""
         rod = RodState(self.solution)
         return {
             "name": self.name, "class": self.cls, "stable": self.stable,
             "index": self.index if self.index >= 0 else None,
-            "height": rod.height, "energy": rod.energy, "symmetric": self.pair is None, "pair": self.pair,
+            "height": rod.height, "energy": rod.energy, "symmetric": is_symmetric(self.solution), "pair": self.pair,
+            "force": rod.force[0].tolist(), "moment": rod.moment[0].tolist(),
             "N0": rod.force_body[0].tolist(), "M0": rod.moment_body[0].tolist(), "inflections": rod.inflections,
             "twist": self.twist, "turns": self.turns, "wound": self.wound, "met": self.count,
             "error": self.solution.error, "contact": self.contact is not None,
@@ -181,7 +185,8 @@ class Discovery:
     def to_json(self) -> dict[str, Any]:
         deflation = None if self.deflated is None else {"found": self.deflated[0], "attempts": self.deflated[1]}
         return {
-            "schema": SCHEMA, "angle_deg": self.ends.angle_deg, "shear": self.ends.shear,
+            "schema": SCHEMA, "model": MODEL, "setting": self.ends.setting | {"poisson": self.poisson}, "along": None,
+            "angle_deg": self.ends.angle_deg if self.ends.skew_deg == 0.0 else None, "shear": self.ends.shear,
             "compression": self.ends.compression, "poisson": self.poisson, "warnings": list(self.remarks),
             "states": [s.to_json() | {"label": label} for s, label in zip(self.states, self.labels, strict=True)],
             "search": {
@@ -193,11 +198,11 @@ class Discovery:
         }  # fmt: skip
 
     def to_frame(self) -> Table:
-        """A table with one row for each state: what is in the JSON but for N0 and M0. Lengths in L."""
+        """A table with one row for each state: what is in the JSON but for vectors. Lengths in L."""
         from rodatlas.continuation.table import Table
 
         rows = []
         for row in (state.to_json() for state in self.states):
             inflections = {f"inflections_{name}": count for name, count in row.pop("inflections").items()}
-            rows.append({name: value for name, value in row.items() if name not in ("N0", "M0")} | inflections)
+            rows.append({name: value for name, value in row.items() if name not in VECTORS} | inflections)
         return Table(rows)

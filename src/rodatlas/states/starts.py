@@ -31,7 +31,7 @@ def pieces_for(ends: Ends) -> int:
     The slack 1 - c, c the distance of the clamps, sets the force, up to about 5 / slack^2 in the states that have
     names, and with it the length of the layers in which the band bends, sqrt(a / force) or about slack / 3.
     """
-    slack = 1.0 - np.hypot(1.0 - ends.compression, ends.shear)
+    slack = 1.0 - ends.distance
     pieces = PLACES
     while pieces * RESOLVED * slack < 1.0:
         pieces *= 2

@@ -16,7 +16,7 @@ from rodatlas.rods.ends import Ends
 from rodatlas.states.discover import Discovery, FoundState
 
 SCHEMA = "rodatlas/states"
-ALGORITHM = 2  # raised with every change of the program after which a search finds something else
+ALGORITHM = 3  # raised with every change of the program after which a search finds something else
 
 
 def save_discovery(

@@ -66,7 +66,9 @@ def compute_loci(
         work.warnings += several
         anchors += here
         for event in (e for e in here if e.number in needed):
-            work.follow(event, "" if event.number in wanted else f", from which {_drawn_from(event, wanted, settings)} may come")
+            work.follow(
+                event, "" if event.number in wanted else f", from which {_drawn_from(event, wanted, settings)} may come"
+            )
         if not tables.known and place != first and not numbers:
             work.follow_others(slices[-1], place)
         work.number(anchors, wanted, needed)
@@ -146,7 +148,9 @@ def _anchors(
     warnings = []
     for number, same in events.items():
         # the image in a mirror is no other bifurcation
-        values = sorted({round(abs(e.value) if settings.mirrored else e.value, IMAGE) for e in same if number in wanted})
+        values = sorted(
+            {round(abs(e.value) if settings.mirrored else e.value, IMAGE) for e in same if number in wanted}
+        )
         if len(values) > 1:
             places = " and ".join(f"{x:g}" for x in values)
             warnings.append(

@@ -13,7 +13,7 @@ from rodatlas.model.nomenclature import LocusTables
 from rodatlas.model.orbit import is_alone
 
 MEETINGS = ("criticality", "coalescence", "crossing")
-"""Special points at which another curve has one too; at a cusp, or where the second control is extreme, one curve turns back."""
+"""Special points at which another curve has one too; at others one curve turns back."""
 
 
 def with_sources(wanted: Set[int], tables: LocusTables) -> set[int]:

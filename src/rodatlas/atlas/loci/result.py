@@ -183,7 +183,9 @@ class Loci:
             "seconds": round(self.seconds, 3),
             "warnings": list(self.remarks(numbers)),
             "loci": [_piece_json(p, told, s) for p in (*wanted, *unnumbered)],
-            "events": [e.to_json(s) for e in told if not self.wanted or {str(p.number) for p in wanted} & set(e.labels)],
+            "events": [
+                e.to_json(s) for e in told if not self.wanted or {str(p.number) for p in wanted} & set(e.labels)
+            ],
         }
 
 

@@ -91,7 +91,9 @@ class PlaneSettings:
         return cls(model, setting, along, second, ranges[0], ranges[1], ranges[2], ranges[3], against, tolerance)
 
     def __repr__(self) -> str:
-        ranges = f"{self.along} {self.low:g} to {self.high:g}, {self.second} {self.second_low:g} to {self.second_high:g}"
+        ranges = (
+            f"{self.along} {self.low:g} to {self.high:g}, {self.second} {self.second_low:g} to {self.second_high:g}"
+        )
         return f"{type(self).__name__}({self.model.name}, {self.place_text}: {ranges})"
 
     # -- what varies --------------------------------------------------------------------------------------------------
@@ -222,7 +224,7 @@ class PlaneSettings:
 
     def _identity(self, *code: str) -> dict[str, object]:
         return {
-            "rodatlas": __version__, "code": code_hash(*SLICES, *code), "model": self.model.name,
+            "rodatlas": __version__, "code": code_hash(*SLICES, *code), **self.model.identity(),
             "setting": dict(self.setting), "along": self.along, "second": self.second, "low": self.low,
             "high": self.high, "second_low": self.second_low, "second_high": self.second_high, "against": self.against,
             "tolerance": self.tolerance,
@@ -236,11 +238,8 @@ class PlaneSettings:
 
     def head_json(self) -> dict[str, Any]:
         """What stands first in the JSON of a result."""
-        held = self.model.setting_json(self.setting)
-        return {
-            "model": self.model.name, "setting": held, "along": self.along, "second": self.second,
-            "against": self.against, **held, "tolerance": self.tolerance,
-        }  # fmt: skip
+        head = self.model.head_json(self.setting, self.along, self.against)
+        return {**head, "second": self.second, "tolerance": self.tolerance}
 
     def stem_of(self, word: str) -> str:
         """Name of files: which plane, and what differs from the defaults."""

@@ -64,7 +64,9 @@ def stretches(curve: Locus, ident: int, settings: PlaneSettings) -> list[Stretch
         solutions = [*[e.solution for e in (low,) if e], *solutions, *[e.solution for e in (high,) if e]]
         inside = tuple(e for e in curve.events if a < e.arclength < b)
         places = np.array([settings.point(s) for s in solutions])
-        found.append(Stretch(ident, curve.kind, tuple(solutions), places, settings.lengths(places), (low, high), inside))
+        found.append(
+            Stretch(ident, curve.kind, tuple(solutions), places, settings.lengths(places), (low, high), inside)
+        )
     return found
 
 

@@ -95,14 +95,10 @@ def _useful(
     return meets[:, k] & (needs > 0) & ~near
 
 
-def _gain(
-    k: int, meets: np.ndarray, needs: np.ndarray, taken: Sequence[int], values: np.ndarray, wide: float
-) -> int:
+def _gain(k: int, meets: np.ndarray, needs: np.ndarray, taken: Sequence[int], values: np.ndarray, wide: float) -> int:
     return int(_useful(k, meets, needs, taken, values, wide).sum())
 
 
-def _take(
-    k: int, meets: np.ndarray, needs: np.ndarray, taken: list[int], values: np.ndarray, wide: float
-) -> None:
+def _take(k: int, meets: np.ndarray, needs: np.ndarray, taken: list[int], values: np.ndarray, wide: float) -> None:
     needs[_useful(k, meets, needs, taken, values, wide)] -= 1
     taken.append(k)

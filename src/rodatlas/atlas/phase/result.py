@@ -69,10 +69,7 @@ class Region:
 
     def __repr__(self) -> str:
         (a0, d0), (a1, d1) = self.rings[0].min(axis=0), self.rings[0].max(axis=0)
-        return (
-            f"Region({self.state}: {a0:.5g} to {a1:.5g}, {d0:.5g} to {d1:.5g}; "
-            f"bounded by {', '.join(self.bounds)})"
-        )
+        return f"Region({self.state}: {a0:.5g} to {a1:.5g}, {d0:.5g} to {d1:.5g}; bounded by {', '.join(self.bounds)})"
 
 
 @dataclass(frozen=True, eq=False)
@@ -155,8 +152,9 @@ class PhaseDiagram:
         middles = shapely.points(0.5 * (ring[1:] + ring[:-1]))
         distance = [shapely.distance(middles, shapely.LineString(line.points)) for line in self.lines]
         best = np.argmin(np.reshape(distance, (-1, len(middles))), axis=0) if distance else np.zeros(len(middles), int)
+        near = ON_SIDE * self.settings.units[1]
         names = [
-            self.lines[i].label if distance and distance[i][k] < ON_SIDE * self.settings.units[1] else "frame" for k, i in enumerate(best)
+            self.lines[i].label if distance and distance[i][k] < near else "frame" for k, i in enumerate(best)
         ]  # fmt: skip
         starts = [k for k in range(len(names)) if names[k] != names[k - 1]]
         if not starts:

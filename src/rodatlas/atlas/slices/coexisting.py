@@ -82,7 +82,7 @@ def coexisting_states(slice_: Slice, value: float | None = None) -> dict[str, So
 
 
 class Present(NamedTuple):
-    """A state at a value of what varies, with its solution there; `exact` is off where that is only the nearest known."""
+    """A state at a value, with its solution there; `exact` is off where only the nearest computed one is known."""
 
     state: State
     solution: Solution

@@ -16,8 +16,10 @@ FILTERED_RELATIVE = 1.0
 
 def state_at(near: Solution, value: float, settings: SliceSettings) -> Solution | None:
     """Newton from a neighboring solution to an exact value of what varies; None when it does not converge."""
-    model, raw = settings.model, settings.raw(value)
-    return places.solved_at(model.problem, near, settings.parameter, raw, settings.tolerance, model.free)
+    model = settings.model
+    return places.solved_at(
+        model.problem, near, settings.parameter, settings.raw(value), settings.tolerance, model.free
+    )
 
 
 def crossings(branch: Branch, values: Sequence[float], settings: SliceSettings, most: int = 1) -> list[Solution]:

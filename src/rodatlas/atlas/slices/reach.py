@@ -112,10 +112,8 @@ def _missing(
             hint += f" in the slice from {one.settings.low:g} to {one.settings.high:g}"
     else:
         hint = f"'rodatlas slice{_options(settings)}' tells where it is"
-    return (
-        f"state: expected one that is stable at {settings.place_text} and {settings.along} {value:g} ({there}; {sure}), "
-        f"got '{wanted.label}'; {hint}"
-    )
+    where = f"{settings.place_text} and {settings.along} {value:g}"
+    return f"state: expected one that is stable at {where} ({there}; {sure}), got '{wanted.label}'; {hint}"
 
 
 def _options(settings: SliceSettings) -> str:

@@ -174,8 +174,7 @@ class Slice:
         names = ", ".join(dict.fromkeys(s.name for s in self.states))
         s = self.settings
         return (
-            f"Slice({s.place_text}; {s.along} {s.low:g} to {s.high:g}: "
-            f"{len(self.branches)} branches; stable: {names})"
+            f"Slice({s.place_text}; {s.along} {s.low:g} to {s.high:g}: {len(self.branches)} branches; stable: {names})"
         )
 
     @property
@@ -262,11 +261,7 @@ class Slice:
         s = self.settings
         return {
             "schema": SCHEMA,
-            "model": s.model.name,
-            "setting": s.model.setting_json(s.setting),
-            "along": s.along,
-            "against": s.against,
-            **s.model.setting_json(s.setting),
+            **s.model.head_json(s.setting, s.along, s.against),
             f"{s.control.key}_range": [s.low, s.high],
             "tolerance": s.tolerance,
             "seconds": round(self.seconds, 3),

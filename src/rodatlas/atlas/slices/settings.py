@@ -67,7 +67,7 @@ class SliceSettings:
         cls, model: Model, *, along: str | None = None, low: float | None = None, high: float | None = None,
         against: str | None = None, tolerance: float = 1e-8, search: int = 256, **values: float,
     ) -> SliceSettings:  # fmt: skip
-        """Settings with defaults: the last control of the model varies over its usual range, the first quantity is seen.
+        """Settings with defaults: the last control varies over its usual range, seen by the first quantity.
 
         Parameters
         ----------
@@ -211,7 +211,7 @@ class SliceSettings:
     def identity(self) -> dict[str, object]:
         """Everything that decides the result, as plain values: the fields, the versions of program and code."""
         return {
-            "rodatlas": __version__, "code": code_hash(*CODE), "model": self.model.name, "setting": dict(self.setting),
+            "rodatlas": __version__, "code": code_hash(*CODE), **self.model.identity(), "setting": dict(self.setting),
             "along": self.along, "low": self.low, "high": self.high, "against": self.against,
             "tolerance": self.tolerance, "search": self.search,
         }  # fmt: skip

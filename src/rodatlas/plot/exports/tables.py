@@ -11,6 +11,7 @@ import numpy as np
 
 from rodatlas.continuation.checks import check_has
 from rodatlas.files import replace_file
+from rodatlas.rods.perfectly_anisotropic import FULL
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -42,6 +43,7 @@ def slice_tables(slice_: Any) -> dict[str, pd.DataFrame]:
     control, controls = slice_.settings.control, slice_.settings.model.controls
     fixed = {c.parameter for c in controls} - {control.parameter}
     frames = []
+    held = [name for name in FULL.parameters if name != "dD"]
     for b in slice_.branches:
         frame = pd.DataFrame(b.followed.branch.to_frame())
         frame[control.parameter] = [control.value(row) for row in frame.to_dict("records")]
@@ -78,13 +80,17 @@ def loci_tables(loci: Any) -> dict[str, pd.DataFrame]:
     return {"events": events, "points": points}
 
 
+DEGREES = {name: f"{name}_deg" for name in ("angle", "angle_left", "angle_right", "twist")}  # columns of a setting
+
+
 def states_table(data: Mapping[str, Any]) -> pd.DataFrame:
-    """A row for each state of the object that `rodatlas states --json` prints; N0_1 .. M0_3, inflections_k1 .."""
+    """A row for each state of the object that `rodatlas states --json` prints: the setting, then the state's fields,
+    N0_1 .. M0_3, inflections_k1 .."""
     import pandas as pd
 
     rows = []
     for entry in data["states"]:
-        row = {key: data[key] for key in ("angle_deg", "compression", "shear") if key in data}
+        row = {DEGREES.get(key, key): value for key, value in data["setting"].items()}
         for key, value in entry.items():
             if isinstance(value, list):
                 row |= {f"{key}_{i}": x for i, x in enumerate(value, 1)}
