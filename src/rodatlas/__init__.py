@@ -13,7 +13,7 @@ The names that are needed first are here, each loaded when it is used; all of th
 - `rodatlas.plot`: figures (`draw_slice`, `draw_loci`, `draw_phase`, `render_band`); `rodatlas.plot.exports`: files.
 - `rodatlas.rods`: clamps (`Ends`), bands in mm (`Band`), one state (`state_at`, `RodState`), its index (`index_of`).
 - `rodatlas.paper`: the band of Yu and Hanna, its names and figures (`band_slice`, `band_loci`, `band_phase`).
-- `rodatlas.model`: what all of these are given (`Model`, `Control`); `SliceSettings.of` takes any model, along any control.
+- `rodatlas.model`: what all of these are given (`Model`, `Control`); `SliceSettings.of` takes any, along any control.
 - `rodatlas.continuation`: the engine for two-point boundary value problems of any kind (`BVP`, `trace`, ...).
 
 Angles are in degrees where the name ends in `_deg`, lengths in units of the length of the rod.

@@ -37,7 +37,7 @@ def test_both_states_are_there_and_the_slice_says_so(wide):
         "names: two states called W exist from shear -0.04995 to 0.04995 (branches W, W); at one shear W:1 is that of "
         "less energy, W:2 the next",
     )
-    assert overlaps([one]) == []
+    assert overlaps([one], wide.settings) == []
 
 
 @pytest.mark.parametrize("shear", [-0.02, 0.0, 0.02])
@@ -56,7 +56,9 @@ def test_states_at_a_shear_are_told_apart(wide, shear):
 
 
 def test_a_name_alone_does_not_choose(wide):
-    told = r"^state: expected one of W:1 \(energy 37.1696, height -0.17875, dE/d\(dD\) -28.13, stable from .*got 'W'$"
+    told = (
+        r"^state: expected one of W:1 \(height -0.178746, energy 37.1696, end_force_z -28.1287, stable from .*got 'W'$"
+    )
     for pick in (lambda: wide.state("W", 0.0), lambda: pick_state(wide, "W", 0.0), lambda: shapes_of(wide, "W", 0.0)):
         with pytest.raises(ValueError, match=told):
             pick()
@@ -83,16 +85,17 @@ def test_solve_and_export_need_the_number(wide, tmp_path, capsys, monkeypatch):
     wide.save("wide.h5")
     for command in (
         ["solve", "--angle", "15", "--compression", "0.95", "--shear", "0"],
-        ["export", "wide.h5", "--shear", "0", "--out", "w.vtp"],
+        ["export", "wide.h5", "--at", "0", "--out", "w.vtp"],
     ):
         with pytest.raises(SystemExit) as leave:
             main([*command, "--state", "W"])
         assert leave.value.code == 2
         error = capsys.readouterr().err.splitlines()[-1]
-        assert error.startswith("rodatlas: state: expected one of W:1 (energy 37.1696, ")
+        assert error.startswith("rodatlas: state: expected one of W:1 (")
+        assert "energy 37.1696" in error
         assert error.endswith("got 'W'")
     with pytest.raises(SystemExit) as leave:
-        main(["export", "wide.h5", "--shear", "0", "--out", "w.vtp"])
+        main(["export", "wide.h5", "--at", "0", "--out", "w.vtp"])
     assert not leave.value.code
     assert {p.name for p in tmp_path.glob("w-*.vtp")} == {"w-U.vtp", "w-W-1.vtp", "w-W-2.vtp"}
 

@@ -9,9 +9,16 @@ from rodatlas.atlas.slices.coexisting import solve_state
 from rodatlas.atlas.slices.reach import reach
 from rodatlas.cli import main
 from rodatlas.continuation import Solution
-from rodatlas.paper.model import band_slice
+from rodatlas.paper import model as paper_model
+from rodatlas.paper.model import band, band_slice
 from rodatlas.rods import Ends, RodState, index_of, is_symmetric, pair_member
 from rodatlas.states import find_states
+
+SHEAR = band().control("shear")
+CAREFUL = replace(SHEAR, care=lambda value, at: "near")  # as if each shear were next to the limiting one
+NEAR = replace(
+    band_slice(15.0), model=replace(band(), controls=tuple(CAREFUL if c is SHEAR else c for c in band().controls))
+)
 
 
 @pytest.fixture
@@ -69,7 +76,8 @@ def test_a_state_that_is_not_there_fails_from_the_search(no_slice, slice_15, tmp
     """The line lists what is stable, how complete the search looks, and where the state is."""
     started = []
     message = (
-        r"^state: expected one that is stable at angle 15 and shear 0.2 \(U, W; 1024 of 1024 starts converged, and "
+        r"^state: expected one that is stable at angle 15 deg, compression 0.5, poisson 0.25 and shear 0.2 \(U, W; 1024 "
+        r"of 1024 starts converged, and "
         r"each of these was met \d{2,} times or more\), got 'uUu'; "
     )
     with pytest.raises(ValueError, match=message + "'rodatlas slice --angle 15' tells where it is$"):
@@ -89,20 +97,19 @@ def test_a_state_that_is_not_there_fails_from_the_search(no_slice, slice_15, tmp
 
 def test_near_the_limiting_shear_the_slice_decides(slice_15, monkeypatch):
     """There a search meets little: it is not asked."""
-    monkeypatch.setattr(module, "find_states", None)
-    monkeypatch.setattr(module, "near_limit", lambda shear, compression: "near")
+    monkeypatch.setattr(paper_model, "find_states", None)
     monkeypatch.setattr(module, "compute_slice", lambda *arguments, **options: slice_15)
     said = []
-    found = reach(band_slice(15.0), "uUu", 0.8, progress=lambda text, done, left: said.append(text))
+    found = reach(NEAR, "uUu", 0.8, progress=lambda text, done, left: said.append(text))
     assert found.source == "slice"
-    assert said == ["slice, since searches miss states so near the limiting shear"]
+    assert said == ["slice, since searches miss states at shear 0.8"]
     with pytest.raises(ValueError, match=r"0\.8 \(US\+-, uUu, uUui\), got 'W'; W is stable for shear -0\.0500 to"):
-        reach(band_slice(15.0), "W", 0.8)
+        reach(NEAR, "W", 0.8)
 
 
 def test_where_no_start_converges_the_slice_decides(slice_15, monkeypatch):
     nothing = replace(find_states(Ends(15.0, 0.5, 0.4), 0.25, "+", 16, stable_only=True), states=(), wound_left_out=0)
-    monkeypatch.setattr(module, "find_states", lambda *arguments, **options: nothing)
+    monkeypatch.setattr(paper_model, "find_states", lambda *arguments, **options: nothing)
     monkeypatch.setattr(module, "compute_slice", lambda *arguments, **options: slice_15)
     assert nothing.failed
     assert reach(band_slice(15.0), "US-", 0.4).source == "slice"
@@ -110,7 +117,7 @@ def test_where_no_start_converges_the_slice_decides(slice_15, monkeypatch):
 
 def test_a_stored_slice_is_used(slice_30, tmp_path, monkeypatch):
     slice_30.save(tmp_path / "slice-30.h5")
-    monkeypatch.setattr(module, "find_states", None)
+    monkeypatch.setattr(paper_model, "find_states", None)
     solution, source = reach(band_slice(30.0), "uUui", 0.625, folder=tmp_path)
     assert source == "stored slice"
     assert solution["energy"] == pytest.approx(21.988286, abs=1e-6)

@@ -9,6 +9,7 @@ import pytest
 from rodatlas.atlas import BranchCache, compute_slice, reach
 from rodatlas.atlas.slices.pick import pick_state
 from rodatlas.continuation import NewtonCode, NotConverged, Status
+from rodatlas.model.model import Source
 from rodatlas.model.orbit import same_state
 from rodatlas.paper.model import band, band_slice
 from rodatlas.rods import index_of, is_symmetric
@@ -188,8 +189,11 @@ def test_smooth_cuts_do_not_depend_on_the_steps(slice_30):
 def test_what_goes_wrong_at_the_reference_angle_is_said(monkeypatch):
     from rodatlas.atlas.slices import follow
 
-    monkeypatch.setattr(follow, "planar_seeds", lambda settings: ([], [f"nothing at {settings.angle_deg:g}"]))
-    frontier = follow.follow_slice(band_slice(30.0, search=0))
+    def nothing(setting, tolerance, keep):
+        return [], [f"nothing at {setting['angle']:g}"]
+
+    alone = replace(band(), sources=(Source("nothing", nothing),))
+    frontier = follow.follow_slice(replace(band_slice(30.0, search=0), model=alone))
     assert frontier.warnings == ["nothing at 30", "reference slice: nothing at 15"]
 
 
@@ -204,7 +208,7 @@ def test_a_state_that_cannot_be_carried_over_is_said(slice_15, monkeypatch):
     found, warnings = seeds.carried_seeds(reference, band_slice(15.0), band_slice(30.0), BranchCache())
     assert found == []
     assert len(warnings) == 3  # U is stable at the lowest and at the two highest of the shears
-    assert all(w.startswith(f"branch U@15,0.5.{k + 1}: not carried over: ") for k, w in enumerate(warnings))
+    assert all(w.startswith(f"branch U@15.{k + 1}: not carried over: ") for k, w in enumerate(warnings))
 
 
 @pytest.mark.slow

@@ -145,6 +145,7 @@ def test_only_a_slice_of_the_wanted_settings_and_version_is_taken(file_30, tmp_p
 
 
 SMALL = band_slice(15.0, shear_max=0.02, shear_min=0.0, tolerance=1e-6, search=0)  # of the fixture near_zero
+SMALL_TEXT = "band_slice(15.0, shear_max=0.02, shear_min=0.0, tolerance=1e-6, search=0)"  # for other processes
 
 
 def cut(path):
@@ -189,7 +190,7 @@ def test_curves_that_a_kill_left_beside_a_finished_slice_go(tmp_path, near_zero)
         leave()
         assert [p.name for p in tmp_path.iterdir()] == [path.name]
     # those of an unfinished slice stay
-    FolderCache(tmp_path / path.stem, replace(SMALL, poisson=0.3)).put("U", near_zero.branches[0].followed.branch)
+    FolderCache(tmp_path / path.stem, SMALL.at(poisson=0.3)).put("U", near_zero.branches[0].followed.branch)
     assert [e.status for e in list_folder(tmp_path).entries] == ["partial", "complete"]
 
 
@@ -213,9 +214,9 @@ def test_curves_are_left_while_another_process_is_at_them(tmp_path, near_zero):
 def test_two_runs_of_one_slice_at_once_are_both_right(tmp_path):
     """The second waits for the first and reads what that has computed."""
     code = (
-        "import sys\nfrom pathlib import Path\nfrom rodatlas.atlas import SliceSettings\n"
+        "import sys\nfrom pathlib import Path\nfrom rodatlas.paper import band_slice\n"
         "from rodatlas.atlas.slices.obtain import obtain_slice\n"
-        f"settings = {SMALL!r}\n"
+        f"settings = {SMALL_TEXT}\n"
         "found = obtain_slice(settings, Path(sys.argv[1]), say=print)\n"
         "print(found.seconds, len(found.branches))\n"
     )
@@ -233,9 +234,9 @@ def test_two_runs_of_one_slice_at_once_are_both_right(tmp_path):
 def test_a_kill_while_the_file_is_written_loses_nothing(tmp_path, near_zero):
     """Killed with the file half written: no result, all curves; the next run uses them."""
     code = (
-        "import os, signal, sys\nfrom pathlib import Path\nfrom rodatlas.atlas import SliceSettings\n"
+        "import os, signal, sys\nfrom pathlib import Path\nfrom rodatlas.paper import band_slice\n"
         "from rodatlas.atlas.slices import obtain\nfrom rodatlas.continuation import store\n"
-        f"settings, stem = {SMALL!r}, {SMALL.stem!r}\n"
+        f"settings, stem = {SMALL_TEXT}, {SMALL.stem!r}\n"
         "write = Path.write_bytes\n"
         "def half(path, data):\n"
         "    if path.name.startswith(f'.{stem}.h5.'):\n"
@@ -268,7 +269,7 @@ def test_other_settings_have_another_name(pair):
 
 
 def test_the_default_range_fits_every_compression():
-    assert band_slice(15.0, 0.4).shear_max == pytest.approx(0.82 * 0.8 / 0.75**0.5)
+    assert band_slice(15.0, 0.4).high == pytest.approx(0.82 * 0.8 / 0.75**0.5)
     for compression in (1e-4, 0.01, 0.2, 0.95, 0.999):
         s = band_slice(15.0, compression)
         limit = (1.0 - (1.0 - compression) ** 2) ** 0.5
@@ -310,8 +311,8 @@ def test_tables_of_states_and_events(slice_15):
 
 def test_reprs_say_what_a_user_looks_for(slice_15):
     u = next(b for b in slice_15.branches if b.id == "U")
-    assert repr(u.events[0]).startswith("Event(pitchfork 4: shear 0.327675, height 0.1828, index 0 to 1)")
+    assert repr(u.events[0]).startswith("Event(pitchfork 4: at 0.327675, 0.1828")
     assert "fold 6, snaps" in repr(slice_15.state("w", 0.55))
     bare = replace(u.events[0], number=None)
-    assert repr(bare).startswith("Event(pitchfork: shear")
+    assert repr(bare).startswith("Event(pitchfork: at")
     assert all(len(repr(x)) < 200 for x in (*slice_15.branches, *slice_15.states, *u.events, slice_15))

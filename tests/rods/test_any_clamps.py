@@ -5,9 +5,9 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from frame_shooting import Poses, shoot
 from scipy.spatial.transform import Rotation
 
+from frame_shooting import Poses, shoot
 from rodatlas.continuation import EndReason, MeshControl, NewtonOptions, TraceOptions, solve
 from rodatlas.continuation.problem.symmetry import NotRespected, Symmetry, checked
 from rodatlas.rods import (

@@ -130,7 +130,8 @@ def control_values(model: Model, fixed: Texts, *varied: Control) -> dict[str, fl
             raise ValueError("angle: expected --angle, or --angle-left and --angle-right, got none")
         return values
     if missing := [name for name in SIDES if name not in told]:
-        raise ValueError(f"{missing[0]}: expected --{missing[0]} beside --{next(n for n in SIDES if n in values)}, got none")
+        there = next(name for name in SIDES if name in values)
+        raise ValueError(f"{missing[0]}: expected --{missing[0]} beside --{there}, got none")
     low, high, _ = model.control("angle").limits({})
     mean = sum(sides) / len(sides)
     return {**values, "angle": min(max(mean, math.nextafter(low, high)), math.nextafter(high, low))}

@@ -10,8 +10,8 @@ from rodatlas.continuation import BVP, NotConverged, Solution
 from rodatlas.model import Control, Invariant, Model, Quantity, Seed, Setting
 from rodatlas.model.control import Limits, Range
 from rodatlas.model.model import Keep, Source
-from rodatlas.rods.ends import MOST_TWIST
 from rodatlas.rods.band import EDGE, NARROW, bending_ratio, limiting_shear, near_limit
+from rodatlas.rods.ends import MOST_TWIST
 
 REFERENCE_ANGLE_DEG, REFERENCE_COMPRESSION, REFERENCE_POISSON = 15.0, 0.5, 0.25
 """Where the twisted states are looked for: there both exist."""

@@ -11,7 +11,6 @@ import numpy as np
 
 from rodatlas.continuation.checks import check_has
 from rodatlas.files import replace_file
-from rodatlas.rods.perfectly_anisotropic import FULL
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -43,7 +42,6 @@ def slice_tables(slice_: Any) -> dict[str, pd.DataFrame]:
     control, controls = slice_.settings.control, slice_.settings.model.controls
     fixed = {c.parameter for c in controls} - {control.parameter}
     frames = []
-    held = [name for name in FULL.parameters if name != "dD"]
     for b in slice_.branches:
         frame = pd.DataFrame(b.followed.branch.to_frame())
         frame[control.parameter] = [control.value(row) for row in frame.to_dict("records")]
