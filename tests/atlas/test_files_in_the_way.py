@@ -3,7 +3,6 @@
 import errno
 import subprocess
 import sys
-from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -40,7 +39,7 @@ def cheap(monkeypatch):
 def test_fresh_keeps_what_is_another_result(tmp_path, cheap):
     """The slice of other settings that was saved under the name, and a damaged file; only its own result goes."""
     path, said = tmp_path / PATH, []
-    Slice(replace(ONE, angle_deg=30.0), (), (), (), 99.0).save(path)
+    Slice(ONE.at(angle=30.0), (), (), (), 99.0).save(path)
     other = path.read_bytes()
     assert obtain_slice(ONE, tmp_path, fresh=True, say=said.append).seconds == 1.0
     assert (tmp_path / f"{PATH}.other").read_bytes() == other

@@ -76,8 +76,8 @@ def test_a_state_that_is_not_there_fails_from_the_search(no_slice, slice_15, tmp
     """The line lists what is stable, how complete the search looks, and where the state is."""
     started = []
     message = (
-        r"^state: expected one that is stable at angle 15 deg, compression 0.5, poisson 0.25 and shear 0.2 \(U, W; 1024 "
-        r"of 1024 starts converged, and "
+        r"^state: expected one that is stable at angle 15 deg, compression 0.5, poisson 0.25 and shear 0.2 \(U, W; "
+        r"1024 of 1024 starts converged, and "
         r"each of these was met \d{2,} times or more\), got 'uUu'; "
     )
     with pytest.raises(ValueError, match=message + "'rodatlas slice --angle 15' tells where it is$"):

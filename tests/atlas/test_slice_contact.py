@@ -17,7 +17,7 @@ from rodatlas.cli.slice import _table as slice_table
 from rodatlas.cli.solve import _table as solve_table
 from rodatlas.cli.states import _table as states_table
 from rodatlas.cli.tables import say_table
-from rodatlas.paper.model import band_slice
+from rodatlas.paper.model import band_phase, band_slice
 from rodatlas.paper.names.yu_hanna import COLORS
 from rodatlas.plot import color_of, draw_profiles, draw_slice, draw_slice_figure
 from rodatlas.plot.curves import branch_stretches
@@ -110,19 +110,19 @@ def test_one_state_and_a_list_of_states_say_so(touching, u):
 
 
 def test_many_slices_say_it_once_for_each_name(touching):
-    other = replace(touching, settings=replace(touching.settings, angle_deg=16.0))
-    (line,) = contact_of_slices([touching, other])
-    assert line.startswith("U: a band L/80 wide passes through itself at shears within -0.0123")
-    assert "in the slices at 15, 16 deg" in line
-    assert contact_of_slices([]) == []
-    assert set(contact_warnings(touching.states)) <= set(touching.warnings)
-    told = slice_warnings([replace(touching, warnings=(*touching.warnings, "something else")), other])
-    assert told == ["slice at 15 deg: something else", line]
+    other = replace(touching, settings=touching.settings.at(angle=16.0))
+    (line,) = contact_of_slices([touching, other], "angle")
+    assert line.startswith("U: a band L/80 wide passes through itself at shear within -0.0123")
+    assert "in the slices at angle 15, 16" in line
+    assert contact_of_slices([], "angle") == []
+    assert set(contact_warnings(touching.states, touching.settings)) <= set(touching.warnings)
+    told = slice_warnings([replace(touching, warnings=(*touching.warnings, "something else")), other], band_phase())
+    assert told == [f"slice at {touching.settings.place_text}: something else", line]
 
 
 def test_curve_is_cut_at_the_ends_of_the_range(touching, u):
     b = next(b for b in touching.branches if b.id == u.branch)
-    parts = branch_stretches(b, touching.states)
+    parts = branch_stretches(b, touching.states, touching.settings)
     assert [(p.stable, p.name, p.touching) for p in parts] == [
         (True, "U", False), (True, "U", True), (True, "U", False)
     ]  # fmt: skip

@@ -9,7 +9,7 @@ from rodatlas.atlas import BranchCache, compute_slice, reach
 from rodatlas.atlas.slices import seeds
 from rodatlas.atlas.slices.follow import trace_options
 from rodatlas.continuation import EndReason, NewtonCode, NotConverged, trace
-from rodatlas.paper.model import band_slice
+from rodatlas.paper.model import band, band_slice
 from rodatlas.rods import (
     RodState,
     half_twist,
@@ -26,6 +26,7 @@ from rodatlas.rods import (
 )
 
 ANGLE = math.radians(15.0)
+TWISTED = next(source for source in band().sources if source.name == "twisted states")
 
 
 @pytest.fixture(scope="module")
@@ -162,7 +163,7 @@ def test_reach_both_members():
 
 
 def carried(angle, compression=0.5, poisson=0.25):
-    found, warnings = seeds.twisted_seeds(band_slice(angle, compression, poisson), BranchCache())
+    found, warnings = seeds.seeds_of(TWISTED, band_slice(angle, compression, poisson), BranchCache())
     assert warnings == []
     stable = {name for name, state in found if index_of(state).index == 0}
     return dict(found), stable
@@ -186,16 +187,16 @@ def test_mirror_images_at_zero_angle():
 
 
 def test_what_cannot_be_found_is_said(monkeypatch):
-    monkeypatch.setattr(seeds, "twisted_states", lambda *settings: ({}, "TU, TW"))
-    assert seeds.twisted_seeds(band_slice(15.0), BranchCache()) == ([], ["twisted states not reached: TU, TW"])
+    monkeypatch.setattr("rodatlas.rods.twisted.twisted_states", lambda *settings: ({}, "TU, TW"))
+    assert seeds.seeds_of(TWISTED, band_slice(15.0), BranchCache()) == ([], ["twisted states not reached: TU, TW"])
 
 
 def test_what_cannot_be_carried_is_said(states, monkeypatch):
     def fails(name, *others):
         raise NotConverged(NewtonCode.SLOW, f"start of {name}")
 
-    monkeypatch.setattr(seeds, "_carried", fails)
-    found, warnings = seeds.twisted_seeds(band_slice(30.0), BranchCache())
+    monkeypatch.setattr(seeds, "carried", fails)
+    found, warnings = seeds.seeds_of(TWISTED, band_slice(30.0), BranchCache())
     assert found == []
     assert [w.split(":")[0] for w in warnings] == [f"branch {n}" for n in ("TU", "TU-2", "TU-3", "TW", "TW-2", "TW-3")]
 

@@ -1,6 +1,5 @@
 """Slices computed by two processes equal those computed here, and are read back by the same call."""
 
-from dataclasses import replace
 
 import pytest
 
@@ -9,7 +8,7 @@ from rodatlas.atlas.study import TasksFailed, obtain_slices
 from rodatlas.paper.model import band_slice
 
 NEAR = band_slice(15.0, shear_max=0.02, shear_min=0.0, tolerance=1e-6, search=0)  # of the fixture near_zero
-OTHER = replace(NEAR, poisson=0.3)
+OTHER = NEAR.at(poisson=0.3)
 
 
 def values(slice_):

@@ -66,13 +66,13 @@ class Kind:
     section : name of its tables in study files.
     schema : that of its result files.
     settings : class of its settings.
-    make : the settings from named numbers and texts.
-    parameters : what a table in a study file may hold for a model: type (float, int, bool, str) and default of each
-        argument of `make`, `REQUIRED` where there is none.
+    make : the settings from named numbers and texts. Its named parameters are what a table in a study file may hold:
+        their annotations (float, int, bool, str) are checked, those without a default are required.
     stem : first part of the names of the files, readable.
     requires : settings of results that must be there before, of whatever kind.
     compute : computes and writes `Workplace.path`, atomically.
     contents : what is in a file, in a few words.
+    controls : whether tables may hold controls of the model too, and ranges of them, which `make` takes by keyword.
 
     Functions are those of modules, so that a task can be sent to another process.
     """
@@ -82,11 +82,15 @@ class Kind:
     schema: str
     settings: type
     make: Callable[..., Any]
-    parameters: Callable[[Model], dict[str, Parameter]]
     stem: Callable[[Any], str]
     requires: Callable[[Any], tuple[Settings, ...]]
     compute: Callable[[Any, Workplace], None]
     contents: Callable[[h5py.File], str]
+    controls: bool = False
+
+    def parameters(self, model: Model) -> dict[str, Parameter]:
+        """What a table in a study file may hold for a model: type and default, `REQUIRED` where there is none."""
+        return parameters_of(self.make) | (control_parameters(model) if self.controls else {})
 
     def file_stem(self, settings: Settings) -> str:
         """Name of the files of a result: readable, and eight digits of a hash of everything that decides its numbers.

@@ -8,9 +8,9 @@ from rodatlas.atlas.loci.obtain import obtain_loci
 from rodatlas.atlas.loci.settings import LociSettings
 from rodatlas.atlas.loci.store import SCHEMA
 from rodatlas.atlas.slices.settings import SliceSettings
-from rodatlas.atlas.study.kinds.base import BAND, Kind, Parameter, Workplace, control_parameters, divided, parameters_of
+from rodatlas.atlas.study.kinds.base import BAND, Kind, Workplace, divided
 from rodatlas.atlas.study.kinds.slices import SLICE
-from rodatlas.model import Model, model_named
+from rodatlas.model import model_named
 
 if TYPE_CHECKING:
     import h5py
@@ -28,10 +28,6 @@ def _make(
         found, along=controls[0].name, second=controls[1].name, low=low, high=high, second_low=least, second_high=most,
         against=against or None, tolerance=tolerance, **fixed,
     )  # fmt: skip
-
-
-def _parameters(model: Model) -> dict[str, Parameter]:
-    return parameters_of(_make) | control_parameters(model)
 
 
 def _stem(settings: LociSettings) -> str:
@@ -54,4 +50,4 @@ def _contents(file: h5py.File) -> str:
     return f"{len(file['curves']) if 'curves' in file else 0} curves"
 
 
-LOCI = Kind("loci", "loci", SCHEMA, LociSettings, _make, _parameters, _stem, _requires, _compute, _contents)
+LOCI = Kind("loci", "loci", SCHEMA, LociSettings, _make, _stem, _requires, _compute, _contents, controls=True)

@@ -13,10 +13,10 @@ from rodatlas.atlas.phase.settings import PhaseSettings
 from rodatlas.atlas.phase.store import SCHEMA
 from rodatlas.atlas.slices.obtain import obtain_slice
 from rodatlas.atlas.slices.result import Slice
-from rodatlas.atlas.study.kinds.base import BAND, Kind, Parameter, Workplace, control_parameters, divided, parameters_of
+from rodatlas.atlas.study.kinds.base import BAND, Kind, Workplace, divided
 from rodatlas.atlas.study.kinds.loci import LOCI
 from rodatlas.atlas.study.kinds.slices import SLICE
-from rodatlas.model import Model, model_named
+from rodatlas.model import model_named
 
 if TYPE_CHECKING:
     import h5py
@@ -43,10 +43,6 @@ def _make(
     return replace(whole, second_low=least, second_high=most, loci_low=shared[0], loci_high=shared[1])
 
 
-def _parameters(model: Model) -> dict[str, Parameter]:
-    return parameters_of(_make) | control_parameters(model)
-
-
 def _stem(settings: PhaseSettings) -> str:
     return settings.stem
 
@@ -69,4 +65,4 @@ def _contents(file: h5py.File) -> str:
     return f"{len(file['lines'])} lines, {len(file['faces'])} faces"
 
 
-PHASE = Kind("phase", "phases", SCHEMA, PhaseSettings, _make, _parameters, _stem, _requires, _compute, _contents)
+PHASE = Kind("phase", "phases", SCHEMA, PhaseSettings, _make, _stem, _requires, _compute, _contents, controls=True)

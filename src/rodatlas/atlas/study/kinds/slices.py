@@ -10,14 +10,11 @@ from rodatlas.atlas.slices.store import SCHEMA
 from rodatlas.atlas.study.kinds.base import (
     BAND,
     Kind,
-    Parameter,
     Workplace,
-    control_parameters,
     divided,
     nothing_required,
-    parameters_of,
 )
-from rodatlas.model import Model, model_named
+from rodatlas.model import model_named
 
 if TYPE_CHECKING:
     import h5py
@@ -37,10 +34,6 @@ def _make(
     )  # fmt: skip
 
 
-def _parameters(model: Model) -> dict[str, Parameter]:
-    return parameters_of(_make) | control_parameters(model)
-
-
 def _stem(settings: SliceSettings) -> str:
     return settings.stem
 
@@ -55,5 +48,6 @@ def _contents(file: h5py.File) -> str:
 
 
 SLICE = Kind(
-    "slice", "slices", SCHEMA, SliceSettings, _make, _parameters, _stem, nothing_required, _compute, _contents
-)
+    "slice", "slices", SCHEMA, SliceSettings, _make, _stem, nothing_required, _compute, _contents,
+    controls=True,
+)  # fmt: skip

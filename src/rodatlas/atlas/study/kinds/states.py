@@ -7,9 +7,8 @@ from dataclasses import asdict, dataclass
 from typing import TYPE_CHECKING
 
 from rodatlas import __version__
-from rodatlas.atlas.study.kinds.base import Kind, Parameter, Workplace, nothing_required, parameters_of
+from rodatlas.atlas.study.kinds.base import Kind, Workplace, nothing_required
 from rodatlas.files import exact
-from rodatlas.model import Model
 from rodatlas.rods.band import check_number, check_poisson
 from rodatlas.rods.ends import Ends
 from rodatlas.states.discover import CLASSES, find_states
@@ -61,10 +60,6 @@ def _make(
     return StatesSettings(angle, shear, compression, poisson, classes, starts, stable_only, tolerance, seed)
 
 
-def _parameters(model: Model) -> dict[str, Parameter]:
-    return parameters_of(_make)
-
-
 def _stem(settings: StatesSettings) -> str:
     other = f"-dL{exact(settings.compression)}" if settings.compression != 0.5 else ""
     other += f"-nu{exact(settings.poisson)}" if settings.poisson != 0.25 else ""
@@ -85,6 +80,4 @@ def _contents(file: h5py.File) -> str:
     return f"{file.attrs['count']} states, {file.attrs['stable']} stable"
 
 
-STATES = Kind(
-    "states", "states", SCHEMA, StatesSettings, _make, _parameters, _stem, nothing_required, _compute, _contents
-)
+STATES = Kind("states", "states", SCHEMA, StatesSettings, _make, _stem, nothing_required, _compute, _contents)
