@@ -83,11 +83,13 @@ def color_of(name: str | None, colors: Mapping[str, str]) -> str:
     colors : of the names, see :func:`colors_of` and :func:`colors_in_order`.
     """
     check_type("name", name, (str, type(None)), "the name of a state")
+    check_type("colors", colors, Mapping, "a mapping of names to colors, see colors_of")
     return colors.get(base_name(name), UNNAMED) if name else UNNAMED
 
 
 def colors_of(slice_: SliceLike) -> Mapping[str, str]:
     """Colors of the states of a slice by name: those of the nomenclature of its model where that names them."""
+    check_has("slice", slice_, ("settings", "branches", "states"), "a Slice, see compute_slice and Slice.load")
     known = slice_.settings.model.nomenclature
     if known is not None and slice_.settings.named:
         return known.colors
