@@ -4,9 +4,9 @@ import pytest
 
 import one_thread  # noqa: F401  (before anything that loads NumPy)
 import small_results
-from rodatlas.atlas import LociSettings, SliceSettings
 from rodatlas.atlas.loci.obtain import obtain_loci
 from rodatlas.atlas.slices.obtain import obtain_slice
+from rodatlas.paper.model import band_loci, band_slice
 
 
 @pytest.hookimpl(tryfirst=True)  # before `-m "not slow"` takes some of them out
@@ -27,30 +27,30 @@ def shared(tmp_path_factory, worker_id):
 
 @pytest.fixture(scope="session")
 def slice_15(shared):
-    return obtain_slice(SliceSettings(15.0), shared)
+    return obtain_slice(band_slice(15.0), shared)
 
 
 @pytest.fixture(scope="session")
 def slice_30(shared):
-    return obtain_slice(SliceSettings(30.0), shared)
+    return obtain_slice(band_slice(30.0), shared)
 
 
 @pytest.fixture(scope="session")
 def near_zero(shared):
     """A slice that takes a few seconds: four named states at 15 degrees next to zero shear."""
-    return obtain_slice(SliceSettings(15.0, shear_max=0.02, shear_min=0.0, tolerance=1e-6, search=0), shared)
+    return obtain_slice(band_slice(15.0, shear_max=0.02, shear_min=0.0, tolerance=1e-6, search=0), shared)
 
 
 @pytest.fixture(scope="session")
 def slice_60(shared):
     """Only what goes on to high shear is carried over and followed; a search is left out, which finds nothing more."""
-    return obtain_slice(SliceSettings(60.0, search=0), shared)
+    return obtain_slice(band_slice(60.0, search=0), shared)
 
 
 @pytest.fixture(scope="session")
 def loci(shared):
     """The loci that the slice at 15 degrees leads to: all but 16 and 17, which need slices of their own."""
-    return obtain_loci(LociSettings(), shared, [n for n in range(19) if n not in (16, 17)])
+    return obtain_loci(band_loci(), shared, [n for n in range(19) if n not in (16, 17)])
 
 
 @pytest.fixture(scope="session")

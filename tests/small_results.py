@@ -17,6 +17,7 @@ from rodatlas.atlas import Loci, LociSettings, PhaseDiagram, PhaseSettings, Slic
 from rodatlas.atlas.phase.arrangement import chords, cut_plane
 from rodatlas.atlas.phase.lines import Line
 from rodatlas.atlas.phase.regions import Face
+from rodatlas.paper.model import band_loci
 from rodatlas.plot import draw_slice
 from rodatlas.rods import Ends
 from rodatlas.states import Discovery, find_states
@@ -54,13 +55,13 @@ def plain_figure(found: Slice, *_: Any) -> Figure:
 
 def straight_phase(settings: PhaseSettings) -> PhaseDiagram:
     """Loci 4 and 11 as straight lines: U below, the pair US+- between, and uUu beside it above."""
-    angle = np.linspace(settings.angle_min, settings.angle_max, 30)
+    angle = np.linspace(settings.second_low, settings.second_high, 30)
     lines = tuple(
         Line(label, "pitchfork", np.column_stack([angle, np.full(30, shear)])) for label, shear in
         (("4", 0.33), ("11", 0.61))
     )  # fmt: skip
     faces, middle = [], float(angle.mean())
-    for rings in cut_plane(lines, settings.frame):
+    for rings in cut_plane(lines, settings):
         ((low, high),) = chords(rings, middle)
         shear = 0.5 * (low + high)
         states = ("U",) if shear < 0.33 else ("US+-",) if shear < 0.61 else ("US+-", "uUu")
@@ -103,4 +104,4 @@ def replace_computations(patch: pytest.MonkeyPatch, whole: Slice, loci: Callable
 def few_loci(whole: Slice) -> Loci:
     """Loci of the pitchforks 4 and 11, and of fold 12, which is born on the first."""
     branches = tuple(b for b in whole.branches if b.id in KEPT[:2])
-    return compute_loci(LociSettings(), lambda angle: replace(whole, branches=branches), (4, 11, 12))
+    return compute_loci(band_loci(), lambda angle: replace(whole, branches=branches), (4, 11, 12))

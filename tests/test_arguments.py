@@ -15,8 +15,6 @@ import pytest
 
 from rodatlas.atlas import (
     Loci,
-    LociSettings,
-    PhaseSettings,
     Slice,
     SliceSettings,
     compute_loci,
@@ -27,6 +25,7 @@ from rodatlas.atlas.experiments.real_band import band_report
 from rodatlas.atlas.study import StatesSettings, Study, run_study
 from rodatlas.continuation import BVP, Solution, TraceOptions, trace
 from rodatlas.continuation.checks import as_path, check_each, shown
+from rodatlas.paper.model import band_loci, band_phase, band_slice
 from rodatlas.plot import draw_loci, draw_slice, draw_triad
 from rodatlas.rods import (
     Band,
@@ -92,7 +91,7 @@ def test_there_are_many_public_functions() -> None:
     [
         (lambda: state_at(15.0), r"ends: expected Ends such as Ends\(15.0\), got 15.0"),
         (lambda: state_at(Ends(15.0), band="x"), "band: expected a Band, or Poisson's ratio, got 'x'"),
-        (lambda: compute_slice(15.0), r"settings: expected SliceSettings such as SliceSettings\(15.0\), got 15.0"),
+        (lambda: compute_slice(15.0), "settings: expected SliceSettings, see SliceSettings.of, got 15.0"),
         (lambda: index_of(3), "solution: expected a Solution such as .*, got 3"),
         (lambda: RodState("x"), "solution: expected a Solution such as .*, got 'x'"),
         (lambda: BandUnits(3), r"band: expected a Band such as Band\(240.0, 3.0, 0.127\), got 3"),
@@ -138,12 +137,12 @@ def test_a_solution_of_another_problem_is_no_rod(bratu: tuple[BVP, Solution]) ->
 
 
 @pytest.mark.parametrize("compression", [0.01, 0.1, 0.4, 0.9, 0.99])
-@pytest.mark.parametrize("kind", [LociSettings, PhaseSettings, lambda held: BandUnits(Band(), held)])
+@pytest.mark.parametrize("kind", [band_loci, band_phase, lambda held: BandUnits(Band(), held)])
 def test_defaults_fit_any_compression(kind: Callable[[float], Any], compression: float) -> None:
     settings = kind(compression)
     if not isinstance(settings, BandUnits):
         assert isinstance(settings.slice_at(15.0), SliceSettings)
-        assert settings.shears[1] < limiting_shear(compression)
+        assert settings.high < limiting_shear(compression)
     else:
         assert 0.0 < settings.limit < limiting_shear(compression)
 
@@ -170,11 +169,11 @@ def test_paths_come_as_text_too() -> None:
 
 
 @pytest.mark.parametrize(("call", "message"), [
-    (lambda s: SliceSettings(15.0, search="a"), "search: expected a whole number from 0 to 1000000, got 'a'"),
-    (lambda s: SliceSettings(15.0, search=None), "search: expected a whole number from 0 to 1000000, got None"),
-    (lambda s: SliceSettings(15.0, search=2.5), "search: expected a whole number from 0 to 1000000, got 2.5"),
-    (lambda s: SliceSettings(15.0, search=10**7), "search: expected a whole number from 0 to 1000000, got 10000000"),
-    (lambda s: SliceSettings(True), "angle: expected degrees with 0 <= angle < 90, got True"),
+    (lambda s: band_slice(15.0, search="a"), "search: expected a whole number from 0 to 1000000, got 'a'"),
+    (lambda s: band_slice(15.0, search=None), "search: expected a whole number from 0 to 1000000, got None"),
+    (lambda s: band_slice(15.0, search=2.5), "search: expected a whole number from 0 to 1000000, got 2.5"),
+    (lambda s: band_slice(15.0, search=10**7), "search: expected a whole number from 0 to 1000000, got 10000000"),
+    (lambda s: band_slice(True), "angle: expected degrees with 0 <= angle < 90, got True"),
     (lambda s: s.state("W", "a"), "shear: expected a number, got 'a'"),
     (lambda s: s.states_at(float("nan")), "shear: expected a number, got nan"),
     (lambda s: s.state(3, 0.0), "name: expected the name of a state such as US+-, got 3"),
@@ -185,17 +184,17 @@ def test_paths_come_as_text_too() -> None:
     (lambda s: find_states(Ends(15.0), starts=2.5), "starts: expected a whole number of at least 1, got 2.5"),
     (lambda s: find_states(Ends(15.0), threads=0), "threads: expected a whole number of at least 1, got 0"),
     (lambda s: find_states(Ends(15.0), deflate=None), "deflate: expected a whole number of at least 0, got None"),
-    (lambda s: compute_loci(LociSettings(), lambda a: s, 4), "numbers: expected a sequence of whole numbers from 0 to"),
-    (lambda s: compute_loci(LociSettings(), lambda a: 3), "slice_of: expected a function that gives slices, see"),
-    (lambda s: compute_loci(LociSettings(0.4), lambda a: s), "slice_of: expected the slice at angle 15, compression "
-     "0.4, Poisson's ratio 0.25, got that at angle 15, compression 0.5, Poisson's ratio 0.25"),
-    (lambda s: compute_phase(PhaseSettings(0.4), Loci(LociSettings(), (), (), ()), lambda a: []),
-     "loci: expected those of compression and Poisson's ratio (0.4, 0.25), got (0.5, 0.25)"),
+    (lambda s: compute_loci(band_loci(), lambda a: s, 4), "numbers: expected a sequence of whole numbers, got 4"),
+    (lambda s: compute_loci(band_loci(), lambda a: 3), "slice_of: expected a function that gives slices, see"),
+    (lambda s: compute_loci(band_loci(0.4), lambda a: s), "slice_of: expected the slice at angle 15 deg, "
+     "compression 0.4, poisson 0.25, got that at angle 15 deg, compression 0.5, poisson 0.25"),
+    (lambda s: compute_phase(band_phase(0.4), Loci(band_loci(), (), (), ()), lambda a: []),
+     "loci: expected those of PhaseSettings(band, compression 0.4, poisson 0.25: "),
     (lambda s: draw_slice(s, 3), "ax: expected axes of matplotlib, got 3"),
-    (lambda s: draw_loci(Loci(LociSettings(), (), (), ()), (), "x"), "ax: expected axes of matplotlib"),
+    (lambda s: draw_loci(Loci(band_loci(), (), (), ()), (), "x"), "ax: expected axes of matplotlib"),
     (lambda s: draw_triad(ax=3), "ax: expected axes of matplotlib, got 3"),
 ])  # fmt: skip
 def test_what_a_user_may_slip_in_is_named(call: Callable[[Slice], object], message: str) -> None:
     """Arguments beyond the first, those of methods, and results of another band than the settings say."""
     with pytest.raises(ValueError, match=f"^{re.escape(message)}"):
-        call(Slice(SliceSettings(15.0), (), (), (), 0.0))
+        call(Slice(band_slice(15.0), (), (), (), 0.0))

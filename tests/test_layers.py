@@ -13,7 +13,9 @@ import rodatlas
 
 ROOT = Path(rodatlas.__file__).parent
 BASE = ("files", "progress", "failures")  # import nothing of the package, are imported by any layer
-LAYERS = ("cli", "explorer", "paper", "atlas", "states", "snap", "plot", "rods", "continuation", *BASE)  # top to bottom
+LAYERS = (  # top to bottom
+    "cli", "explorer", "paper", "atlas", "states", "snap", "plot", "rods", "model", "continuation", *BASE,
+)  # fmt: skip
 ENGINE = ("locus", "curve", "singular", "symmetric", "store", "results", "discrete", "problem", "linear")  # the same
 # `branch.plot()` loads its figure when it is called, as `branch.save()` loads the store: one call for a user of the
 # engine, whose modules know nothing of figures otherwise

@@ -1,7 +1,7 @@
 """Equilibria, stability and bifurcations of clamped elastic rods and bands.
 
 >>> import rodatlas
->>> found = rodatlas.compute_slice(rodatlas.SliceSettings(15.0))  # all states at a clamp angle of 15 degrees
+>>> found = rodatlas.compute_slice(rodatlas.band_slice(15.0))  # all states at a clamp angle of 15 degrees
 >>> print(found.to_frame())  # the stable ones, and where each ends
 >>> rodatlas.draw_slice(found)  # height against shear
 
@@ -12,6 +12,8 @@ The names that are needed first are here, each loaded when it is used; all of th
 - `rodatlas.states`: the search for all states at one setting (`find_states`).
 - `rodatlas.plot`: figures (`draw_slice`, `draw_loci`, `draw_phase`, `render_band`); `rodatlas.plot.exports`: files.
 - `rodatlas.rods`: clamps (`Ends`), bands in mm (`Band`), one state (`state_at`, `RodState`), its index (`index_of`).
+- `rodatlas.paper`: the band of Yu and Hanna, its names and figures (`band_slice`, `band_loci`, `band_phase`).
+- `rodatlas.model`: what all of these are given (`Model`, `Control`); `SliceSettings.of` takes any, along any control.
 - `rodatlas.continuation`: the engine for two-point boundary value problems of any kind (`BVP`, `trace`, ...).
 
 Angles are in degrees where the name ends in `_deg`, lengths in units of the length of the rod.
@@ -54,6 +56,8 @@ if TYPE_CHECKING:
         switch_all,
         trace,
     )
+    from rodatlas.model import Control, Model, Quantity
+    from rodatlas.paper import band_loci, band_phase, band_slice
     from rodatlas.plot import band_surface, draw_loci, draw_phase, draw_profiles, draw_slice, render_band, save_figure
     from rodatlas.rods import (
         Band,
@@ -70,7 +74,7 @@ if TYPE_CHECKING:
 
 __version__ = "0.1.0"
 
-_PACKAGES = ("atlas", "cli", "continuation", "paper", "plot", "rods", "states")
+_PACKAGES = ("atlas", "cli", "continuation", "model", "paper", "plot", "rods", "states")
 _NAMES = {
     "atlas": (
         "Loci", "LociSettings", "PhaseDiagram", "PhaseSettings", "Slice", "SliceSettings", "coexisting_states",
@@ -80,6 +84,8 @@ _NAMES = {
         "BVP", "Branch", "MeshControl", "NotConverged", "Solution", "StepControl", "Symmetry", "TraceOptions",
         "end_value", "follow_locus", "integral_of", "other_solutions", "solve", "switch", "switch_all", "trace",
     ),
+    "model": ("Control", "Model", "Quantity"),
+    "paper": ("band_loci", "band_phase", "band_slice"),
     "plot": (
         "band_surface", "draw_loci", "draw_phase", "draw_profiles", "draw_slice", "render_band", "save_figure",
     ),
@@ -92,12 +98,13 @@ _NAMES = {
 _HOME = {name: package for package, names in _NAMES.items() for name in names}
 
 __all__ = [  # the names of _NAMES, written out for tools that read and do not run
-    "BVP", "Band", "BandUnits", "Branch", "Discovery", "Ends", "Loci", "LociSettings", "MeshControl", "NotConverged",
-    "PhaseDiagram", "PhaseSettings", "RodState", "Slice", "SliceSettings", "Solution", "StepControl", "Symmetry",
-    "TraceOptions", "band_surface", "coexisting_states", "compute_loci", "compute_phase", "compute_slice", "draw_loci",
-    "draw_phase", "draw_profiles", "draw_slice", "end_value", "find_states", "follow_locus", "index_of", "integral_of",
-    "limiting_shear", "other_solutions", "render_band", "rod_problem", "save_figure", "self_contact", "solve",
-    "solve_state", "state_at", "switch", "switch_all", "trace",
+    "BVP", "Band", "BandUnits", "Branch", "Control", "Discovery", "Ends", "Loci", "LociSettings", "MeshControl",
+    "Model", "NotConverged", "PhaseDiagram", "PhaseSettings", "Quantity", "RodState", "Slice", "SliceSettings",
+    "Solution", "StepControl", "Symmetry", "TraceOptions", "band_loci", "band_phase", "band_slice", "band_surface",
+    "coexisting_states", "compute_loci", "compute_phase", "compute_slice", "draw_loci", "draw_phase", "draw_profiles",
+    "draw_slice", "end_value", "find_states", "follow_locus", "index_of", "integral_of", "limiting_shear",
+    "other_solutions", "render_band", "rod_problem", "save_figure", "self_contact", "solve", "solve_state",
+    "state_at", "switch", "switch_all", "trace",
 ]  # fmt: skip
 
 if not TYPE_CHECKING:  # else any name would pass a type checker

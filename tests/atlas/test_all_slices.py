@@ -11,7 +11,8 @@ from pathlib import Path
 
 import pytest
 
-from rodatlas.atlas import SliceSettings, compute_slice
+from rodatlas.atlas import compute_slice
+from rodatlas.paper.model import band_slice
 
 REFERENCE = json.loads((Path(__file__).parent / "slices.json").read_text())["slices"]
 ANGLES = (0.0, 5.0, 15.0, 27.5, 30.0, 37.0, 45.0, 55.0, 60.0)
@@ -83,7 +84,7 @@ def test_numbered_bifurcations_lie_on_their_loci(loci, angle):
     events = REFERENCE[f"{angle:g}"]["events"]
     places = {}
     for piece in loci.pieces:
-        low, high = piece.angles_deg
+        low, high = piece.span
         if low - 1e-9 <= angle <= high and piece.number is not None:
             places[piece.number] = piece.at(max(angle, low + 1e-9))
     if angle == 0.0:  # fold 5 is born in the unfolding of the pitchfork at which US and WS meet in S
@@ -101,7 +102,7 @@ def test_numbered_bifurcations_lie_on_their_loci(loci, angle):
 
 def folds_at(loci, angle):
     """Places of all folds at an angle, numbered or not."""
-    inside = (p for p in loci.pieces if p.kind == "fold" and p.angles_deg[0] <= angle <= p.angles_deg[1])
+    inside = (p for p in loci.pieces if p.kind == "fold" and p.span[0] <= angle <= p.span[1])
     return [p.at(angle) for p in inside]
 
 
@@ -119,8 +120,8 @@ def as_plain(slice_):
     states = [
         (s.name, s.path, *((e.kind, e.number, e.snap) for e in (s.low, s.high))) for s in slice_.states
     ]  # fmt: skip
-    shears = [x for s in slice_.states for x in s.shear]
-    places = {e.number: (e.shear, e.height) for b in slice_.branches for e in b.events if e.number is not None}
+    shears = [x for s in slice_.states for x in s.span]
+    places = {e.number: (e.value, e.response) for b in slice_.branches for e in b.events if e.number is not None}
     return states, shears, places
 
 
@@ -128,7 +129,7 @@ def as_plain(slice_):
 def test_slices_are_as_recorded(angle, request):
     """At 27.5 degrees without what is carried over, at 60 without the search: nothing is missing there either."""
     if angle == 27.5:
-        found = compute_slice(SliceSettings(angle, search=0), carry=False)
+        found = compute_slice(band_slice(angle, search=0), carry=False)
     else:
         found = request.getfixturevalue(f"slice_{angle:g}")
     states, shears, places = as_plain(found)

@@ -6,7 +6,6 @@ import pytest
 from rodatlas.atlas import LociSettings, SliceSettings, coexisting_states, compute_loci, compute_slice
 from rodatlas.continuation import TraceOptions, trace
 from rodatlas.model import model_named
-from rodatlas.model.model import parameters_of
 from rodatlas.model.orbit import same_state
 from rodatlas.rods import Ends, RodState, rod_problem, state_at
 

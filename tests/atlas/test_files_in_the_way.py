@@ -3,22 +3,20 @@
 import errno
 import subprocess
 import sys
-from dataclasses import replace
 from pathlib import Path
 
 import pytest
 
-from rodatlas.atlas import Slice, SliceSettings
+from rodatlas.atlas import Slice
 from rodatlas.atlas.loci.obtain import obtain_loci
-from rodatlas.atlas.loci.result import LociSettings
 from rodatlas.atlas.phase.obtain import obtain_phase
-from rodatlas.atlas.phase.settings import PhaseSettings
-from rodatlas.atlas.slices.obtain import obtain_slice, stem_of, stored_slice
+from rodatlas.atlas.slices.obtain import obtain_slice, stored_slice
 from rodatlas.atlas.study import Study, list_folder, run_study
 from rodatlas.files import Held, alone_in, try_claim
+from rodatlas.paper.model import band_loci, band_phase, band_slice
 
-ONE = SliceSettings(15.0, search=0)
-PATH = f"{stem_of(ONE)}.h5"
+ONE = band_slice(15.0, search=0)
+PATH = f"{ONE.stem}.h5"
 
 
 class Stop(RuntimeError):
@@ -41,7 +39,7 @@ def cheap(monkeypatch):
 def test_fresh_keeps_what_is_another_result(tmp_path, cheap):
     """The slice of other settings that was saved under the name, and a damaged file; only its own result goes."""
     path, said = tmp_path / PATH, []
-    Slice(replace(ONE, angle_deg=30.0), (), (), (), 99.0).save(path)
+    Slice(ONE.at(angle=30.0), (), (), (), 99.0).save(path)
     other = path.read_bytes()
     assert obtain_slice(ONE, tmp_path, fresh=True, say=said.append).seconds == 1.0
     assert (tmp_path / f"{PATH}.other").read_bytes() == other
@@ -53,8 +51,8 @@ def test_fresh_keeps_what_is_another_result(tmp_path, cheap):
 
 
 @pytest.mark.parametrize(("obtain", "settings", "begins"), [
-    (obtain_loci, LociSettings(), "rodatlas.atlas.loci.obtain.compute_loci"),
-    (obtain_phase, PhaseSettings(), "rodatlas.atlas.phase.obtain.obtain_slices"),
+    (obtain_loci, band_loci(), "rodatlas.atlas.loci.obtain.compute_loci"),
+    (obtain_phase, band_phase(), "rodatlas.atlas.phase.obtain.obtain_slices"),
 ])  # fmt: skip
 def test_fresh_keeps_what_is_no_such_result(tmp_path, monkeypatch, obtain, settings, begins):
     def stop(*_, **__):

@@ -6,10 +6,10 @@ from pathlib import Path
 
 import pytest
 
-from rodatlas.atlas import SliceSettings
 from rodatlas.atlas.experiments.comparison import compare
 from rodatlas.atlas.experiments.measured import Measurement, family_of, read_measurements
 from rodatlas.atlas.experiments.sensitivity import sensitivity
+from rodatlas.paper.model import band_slice
 from rodatlas.rods import Band, BandUnits, ClampErrors, limiting_shear
 
 EXAMPLE = Path(__file__).parents[2] / "examples/data/synthetic-ranges-15deg.csv"
@@ -158,7 +158,7 @@ def test_an_error_that_is_not_stated_comes_from_the_clamps(slice_15):
 def test_what_lies_beyond_a_short_slice_is_not_called_missing(slice_15):
     """A slice up to 0.4 does not know whether uUu exists at 0.6; wi, which no rod has, is missing anywhere."""
     states = tuple(s for s in slice_15.states if s.name not in ("uUu", "w"))
-    short = replace(slice_15, settings=SliceSettings(15.0, shear_max=0.4), states=states)
+    short = replace(slice_15, settings=band_slice(15.0, shear_max=0.4), states=states)
     rows = [Measurement("uUu", "uUu", 0.6, 0.8), Measurement("w", "w", 0.3, 0.5), Measurement("wi", None, 0.5, 0.56)]
     found = ends(compare(short, rows))
     verdicts = {(state, end): check.verdict for (state, _, end), check in found.items()}

@@ -2,18 +2,20 @@
 
 import pytest
 
-from rodatlas.atlas import SliceSettings, coexisting_states, compute_slice
+from rodatlas.atlas import coexisting_states, compute_slice
 from rodatlas.atlas.contents import shapes_of
 from rodatlas.atlas.slices.coexisting import overlaps
-from rodatlas.atlas.slices.match import same_state
 from rodatlas.atlas.slices.pick import pick_state
 from rodatlas.atlas.slices.reach import reach
 from rodatlas.cli import main
+from rodatlas.model.orbit import same_state
+from rodatlas.paper.model import band, band_slice
+from rodatlas.paper.names.yu_hanna import COLORS
 from rodatlas.plot import color_of, label_of
 from rodatlas.rods import Ends, index_of, is_symmetric, mirror_shear
 from rodatlas.states import find_states
 
-SETTINGS = SliceSettings(15.0, 0.95, shear_max=0.06, shear_min=-0.06, tolerance=1e-6, search=0)
+SETTINGS = band_slice(15.0, 0.95, shear_max=0.06, shear_min=-0.06, tolerance=1e-6, search=0)
 FOLD = 0.0499517
 
 
@@ -29,13 +31,13 @@ def at_rest():
 
 def test_both_states_are_there_and_the_slice_says_so(wide):
     one, two = (s for s in wide.states if s.name == "W")
-    assert one.high.shear == pytest.approx(FOLD, abs=1e-5)
-    assert two.low.shear == pytest.approx(-FOLD, abs=1e-5)
+    assert one.high.value == pytest.approx(FOLD, abs=1e-5)
+    assert two.low.value == pytest.approx(-FOLD, abs=1e-5)
     assert wide.warnings[:1] == (
         "names: two states called W exist from shear -0.04995 to 0.04995 (branches W, W); at one shear W:1 is that of "
         "less energy, W:2 the next",
     )
-    assert overlaps([one]) == []
+    assert overlaps([one], wide.settings) == []
 
 
 @pytest.mark.parametrize("shear", [-0.02, 0.0, 0.02])
@@ -44,9 +46,9 @@ def test_states_at_a_shear_are_told_apart(wide, shear):
     assert list(there) == ["U", "W:1", "W:2"]
     one, two = there["W:1"], there["W:2"]
     assert all(is_symmetric(s) and index_of(s).index == 0 for s in (one, two))
-    assert not same_state(one, two)  # at rest height and energy are the same
+    assert not same_state(band(), one, two)  # at rest height and energy are the same
     image = coexisting_states(wide, -shear)["W:2" if shear == 0.0 else "W:1"]
-    assert same_state(mirror_shear(image), one)
+    assert same_state(band(), mirror_shear(image), one)
     assert one["energy"] <= two["energy"] + 1e-6
     assert [s.name for s in wide.states_at(shear)] == ["U", "W", "W"]
     assert wide.states_at(shear, "W") == wide.states[1:]
@@ -54,7 +56,9 @@ def test_states_at_a_shear_are_told_apart(wide, shear):
 
 
 def test_a_name_alone_does_not_choose(wide):
-    told = r"^state: expected one of W:1 \(energy 37.1696, height -0.17875, dE/d\(dD\) -28.13, stable from .*got 'W'$"
+    told = (
+        r"^state: expected one of W:1 \(height -0.178746, energy 37.1696, end_force_z -28.1287, stable from .*got 'W'$"
+    )
     for pick in (lambda: wide.state("W", 0.0), lambda: pick_state(wide, "W", 0.0), lambda: shapes_of(wide, "W", 0.0)):
         with pytest.raises(ValueError, match=told):
             pick()
@@ -68,7 +72,7 @@ def test_the_search_calls_them_the_same(at_rest, wide):
         at_rest.named("W")
     slice_ = coexisting_states(wide, 0.0)
     for label in ("W:1", "W:2"):
-        assert same_state(at_rest.named(label).solution, slice_[label])
+        assert same_state(band(), at_rest.named(label).solution, slice_[label])
         assert label in {s["label"] for s in at_rest.to_json()["states"]}
         assert shapes_of(at_rest, label)[label] is at_rest.named(label).solution
     with pytest.raises(ValueError, match=r"^state: expected one of U, US\+"):
@@ -81,16 +85,17 @@ def test_solve_and_export_need_the_number(wide, tmp_path, capsys, monkeypatch):
     wide.save("wide.h5")
     for command in (
         ["solve", "--angle", "15", "--compression", "0.95", "--shear", "0"],
-        ["export", "wide.h5", "--shear", "0", "--out", "w.vtp"],
+        ["export", "wide.h5", "--at", "0", "--out", "w.vtp"],
     ):
         with pytest.raises(SystemExit) as leave:
             main([*command, "--state", "W"])
         assert leave.value.code == 2
         error = capsys.readouterr().err.splitlines()[-1]
-        assert error.startswith("rodatlas: state: expected one of W:1 (energy 37.1696, ")
+        assert error.startswith("rodatlas: state: expected one of W:1 (")
+        assert "energy 37.1696" in error
         assert error.endswith("got 'W'")
     with pytest.raises(SystemExit) as leave:
-        main(["export", "wide.h5", "--shear", "0", "--out", "w.vtp"])
+        main(["export", "wide.h5", "--at", "0", "--out", "w.vtp"])
     assert not leave.value.code
     assert {p.name for p in tmp_path.glob("w-*.vtp")} == {"w-U.vtp", "w-W-1.vtp", "w-W-2.vtp"}
 
@@ -98,10 +103,10 @@ def test_solve_and_export_need_the_number(wide, tmp_path, capsys, monkeypatch):
 def test_a_numbered_state_is_reached(wide):
     solution, source = reach(SETTINGS, "W:2", 0.0)
     assert source == "search"
-    assert same_state(solution, coexisting_states(wide, 0.0)["W:2"])
+    assert same_state(band(), solution, coexisting_states(wide, 0.0)["W:2"])
 
 
 def test_numbers_do_not_change_colors():
-    assert color_of("W:2") == color_of("W")
-    assert color_of("US-:1") == color_of("US+-")
+    assert color_of("W:2", COLORS) == color_of("W", COLORS)
+    assert color_of("US-:1", COLORS) == color_of("US+-", COLORS)
     assert (label_of("US+-:2"), label_of("W:2")) == ("US±:2", "W:2")

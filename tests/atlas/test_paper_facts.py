@@ -10,8 +10,9 @@ import pytest
 from scipy.optimize import brentq
 from scipy.special import ellipe, ellipk
 
-from rodatlas.atlas import SliceSettings, compute_slice
+from rodatlas.atlas import compute_slice
 from rodatlas.continuation import EndReason, TraceOptions, follow_locus, trace
+from rodatlas.paper.model import band_slice
 from rodatlas.rods import Ends, RodState, limiting_shear, planar_states, rod_problem, state_at
 from rodatlas.rods.stability import morse_index_of
 
@@ -70,7 +71,7 @@ def test_a_larger_angle_leaves_fewer_states():
     names = [{s["name"] for s in REFERENCE[key]["states"]} for key in ("5", "15", "27.5", "30", "37", "45", "55", "60")]
     for low, high in pairwise(names):
         assert high <= low
-    found = compute_slice(SliceSettings(78.0))
+    found = compute_slice(band_slice(78.0))
     assert found.warnings == ()  # a search finds none either
     assert [(s.name, s.path) for s in found.states] == [(name, "U-w-uUui") for name in ("U", "w", "uUui")]
 

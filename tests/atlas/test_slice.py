@@ -6,10 +6,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from rodatlas.atlas import BranchCache, SliceSettings, compute_slice, reach
-from rodatlas.atlas.slices.match import same_state
+from rodatlas.atlas import BranchCache, compute_slice, reach
 from rodatlas.atlas.slices.pick import pick_state
 from rodatlas.continuation import NewtonCode, NotConverged, Status
+from rodatlas.model.model import Source
+from rodatlas.model.orbit import same_state
+from rodatlas.paper.model import band, band_slice
 from rodatlas.rods import index_of, is_symmetric
 from rodatlas.states.labels import parse_label
 
@@ -87,7 +89,7 @@ def test_named_states_at_15_degrees(slice_15):
 
 def test_thirty_degrees(slice_30):
     """Five states coexist at 0.625; U passes into w, which ends at fold 6."""
-    present = {s.name for s in slice_30.states if s.shear[0] <= 0.625 <= s.shear[1]}
+    present = {s.name for s in slice_30.states if s.span[0] <= 0.625 <= s.span[1]}
     assert present == {"uUui", "w", "uUu", "US+-"}
     w, u = slice_30.state("w", 0.625), slice_30.state("U", 0.2)
     assert (w.path, u.path, w.branch) == ("U-w", "U-w", u.branch)
@@ -97,7 +99,7 @@ def test_thirty_degrees(slice_30):
     assert (us.low.kind, us.low.number) == ("fold", 12)
     assert slice_30.state("uUu", 0.7).low.number == 11
     assert slice_30.state("uUui", 0.7).low.number == 10
-    solution, _ = reach(SliceSettings(30.0), "uUui", 0.625)
+    solution, _ = reach(band_slice(30.0), "uUui", 0.625)
     assert abs(solution["energy"] - 21.988286) < 1e-6
     assert abs(solution["height"] + 0.00727986) < 1e-8
     assert index_of(solution).index == 0
@@ -120,7 +122,7 @@ def test_nothing_is_missed_when_steps_change(slice_15, factor, monkeypatch):
 
     for module in (follow, seeds):
         monkeypatch.setattr(module, "StepControl", scaled)
-    again = compute_slice(SliceSettings(15.0, search=0))
+    again = compute_slice(band_slice(15.0, search=0))
     assert listed(again) == listed(slice_15)
 
 
@@ -146,7 +148,7 @@ def test_json_has_the_documented_fields(slice_15):
 
 def test_other_members_and_names(slice_15):
     plus = pick_state(slice_15, "US+", 0.5)
-    minus, _ = reach(SliceSettings(15.0), "US-", 0.5)
+    minus, _ = reach(band_slice(15.0), "US-", 0.5)
     assert abs(plus["energy"] - minus["energy"]) < 1e-9
     assert np.allclose(plus.values[0, 4], minus.values[-1, 4], atol=1e-7)
     assert parse_label("WS") == ("WS+-", "+", None)
@@ -171,7 +173,7 @@ def test_names_that_no_state_has(slice_15):
 
 def test_a_range_near_the_limiting_shear_is_said(slice_15):
     assert slice_15.remarks == ()
-    near = replace(slice_15, settings=replace(slice_15.settings, shear_max=0.85))
+    near = replace(slice_15, settings=replace(slice_15.settings, high=0.85))
     (told,) = near.to_json()["warnings"]
     assert told.startswith("limiting shear: 0.85 is 0.981 of the limiting shear 0.866025; beyond 0.95 of it")
 
@@ -180,15 +182,18 @@ def test_smooth_cuts_do_not_depend_on_the_steps(slice_30):
     """U becomes w exactly where k1(1/2) = 0."""
     w = slice_30.state("w", 0.625)
     assert abs(w.low.solution(0.5, "k1")[0]) < 1e-6
-    coarse = compute_slice(SliceSettings(30.0, tolerance=1e-6, search=0), carry=False)
-    assert abs(coarse.state("w", 0.625).low.shear - w.low.shear) < 1e-6
+    coarse = compute_slice(band_slice(30.0, tolerance=1e-6, search=0), carry=False)
+    assert abs(coarse.state("w", 0.625).low.value - w.low.value) < 1e-6
 
 
 def test_what_goes_wrong_at_the_reference_angle_is_said(monkeypatch):
     from rodatlas.atlas.slices import follow
 
-    monkeypatch.setattr(follow, "planar_seeds", lambda settings: ([], [f"nothing at {settings.angle_deg:g}"]))
-    frontier = follow.follow_slice(SliceSettings(30.0, search=0))
+    def nothing(setting, tolerance, keep):
+        return [], [f"nothing at {setting['angle']:g}"]
+
+    alone = replace(band(), sources=(Source("nothing", nothing),))
+    frontier = follow.follow_slice(replace(band_slice(30.0, search=0), model=alone))
     assert frontier.warnings == ["nothing at 30", "reference slice: nothing at 15"]
 
 
@@ -200,25 +205,25 @@ def test_a_state_that_cannot_be_carried_over_is_said(slice_15, monkeypatch):
 
     monkeypatch.setattr(seeds, "trace", fails)
     reference = [(b.id, b.followed.branch) for b in slice_15.branches if b.id == "U"]
-    found, warnings = seeds.carried_seeds(reference, SliceSettings(15.0), SliceSettings(30.0), BranchCache())
+    found, warnings = seeds.carried_seeds(reference, band_slice(15.0), band_slice(30.0), BranchCache())
     assert found == []
     assert len(warnings) == 3  # U is stable at the lowest and at the two highest of the shears
-    assert all(w.startswith(f"branch U@15,0.5.{k + 1}: not carried over: ") for k, w in enumerate(warnings))
+    assert all(w.startswith(f"branch U@15.{k + 1}: not carried over: ") for k, w in enumerate(warnings))
 
 
 @pytest.mark.slow
 def test_states_on_small_loops_are_carried_to_large_angles():
     """US lives on an isolated loop up to about 72.6 degrees, and at small compressions."""
-    found = compute_slice(SliceSettings(70.0, search=0))
+    found = compute_slice(band_slice(70.0, search=0))
     us = next(s for s in found.states if s.name == "US+-")
     assert (us.low.number, us.high.number) == (12, 17)
-    assert us.shear == pytest.approx((0.3696, 0.5507), abs=1e-3)
+    assert us.span == pytest.approx((0.3696, 0.5507), abs=1e-3)
 
 
 @pytest.mark.slow
 def test_a_symmetric_branch_met_only_from_its_side_is_followed():
     """At 40 degrees a reversal-broken branch ends on a symmetric one that nothing else reaches."""
-    found = compute_slice(SliceSettings(40.0), carry=False)
+    found = compute_slice(band_slice(40.0), carry=False)
     symmetric = [b.followed for b in found.branches if b.followed.symmetric]
     for b in found.branches:
         last = b.followed.branch.special[-1:] if not b.followed.symmetric else ()
@@ -226,29 +231,29 @@ def test_a_symmetric_branch_met_only_from_its_side_is_followed():
             if special.kind == "branch point" and is_symmetric(special.solution):
                 ends = [x.solution for f in symmetric for x in f.bifurcations]
                 ends += [f.branch.points[0].solution for f in symmetric]
-                assert any(same_state(special.solution, other) for other in ends)
+                assert any(same_state(band(), special.solution, other) for other in ends)
     assert found.warnings == ()
 
 
 @pytest.mark.slow
 def test_residual_inverted_state_keeps_its_name():
     """At 44 degrees the last of uUui lies between pitchfork 10 and fold 14."""
-    found = compute_slice(SliceSettings(44.0, search=0), carry=False)
+    found = compute_slice(band_slice(44.0, search=0), carry=False)
     short = next(s for s in found.states if s.name == "uUui" and s.path == "uUui")
     assert (short.low.number, short.high.number) == (10, 14)
 
 
 @pytest.mark.slow
 def test_stability_is_known_close_to_the_limiting_shear():
-    found = compute_slice(SliceSettings(15.0, shear_max=0.858, search=0))
+    found = compute_slice(band_slice(15.0, shear_max=0.858, search=0))
     assert found.warnings == ()
-    assert {s.name for s in found.states if s.shear[1] == pytest.approx(0.858)} == {"US+-", "uUu", "uUui"}
+    assert {s.name for s in found.states if s.span[1] == pytest.approx(0.858)} == {"US+-", "uUu", "uUui"}
 
 
 @pytest.mark.slow
 def test_nearly_straight_band():
     """At dL = 0.01 the clamps bend the band over: U is U at zero shear, then dimples without a bifurcation."""
-    found = compute_slice(SliceSettings(15.0, 0.01, shear_max=0.13, shear_min=-0.008, search=0), carry=False)
+    found = compute_slice(band_slice(15.0, 0.01, shear_max=0.13, shear_min=-0.008, search=0), carry=False)
     assert [s.name for s in found.states] == ["U", "w", "uUui"]
-    assert found.states[0].shear[0] == -0.008
+    assert found.states[0].span[0] == -0.008
     assert any("turns back" in w for w in found.warnings)

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from rich.console import Console
 
-from rodatlas.atlas import Slice, SliceSettings, compute_slice
+from rodatlas.atlas import Slice, compute_slice
 from rodatlas.atlas.phase.compute import slice_warnings
 from rodatlas.atlas.slices.coexisting import solve_state
 from rodatlas.atlas.slices.contact import contact_of_slices, contact_ranges, contact_warnings
@@ -17,6 +17,8 @@ from rodatlas.cli.slice import _table as slice_table
 from rodatlas.cli.solve import _table as solve_table
 from rodatlas.cli.states import _table as states_table
 from rodatlas.cli.tables import say_table
+from rodatlas.paper.model import band_phase, band_slice
+from rodatlas.paper.names.yu_hanna import COLORS
 from rodatlas.plot import color_of, draw_profiles, draw_slice, draw_slice_figure
 from rodatlas.plot.curves import branch_stretches
 from rodatlas.plot.exports.tables import slice_tables
@@ -30,7 +32,7 @@ EDGE = 0.01234  # shear at which the strands of a narrow U at 15 degrees, dL = 0
 @pytest.fixture(scope="module")
 def touching():
     """The slice at 15 degrees and compression 0.95 about zero shear, where U is a loop whose strands cross."""
-    return compute_slice(SliceSettings(15.0, 0.95, shear_min=-0.02, shear_max=0.02, search=0), carry=False)
+    return compute_slice(band_slice(15.0, 0.95, shear_min=-0.02, shear_max=0.02, search=0), carry=False)
 
 
 @pytest.fixture(scope="module")
@@ -59,7 +61,7 @@ def test_a_range_between_two_computed_solutions_is_not_missed(touching, u):
 def test_the_range_grows_with_the_width_of_the_band(touching, u):
     ((_, high),) = contact_ranges(u, touching.settings, NARROW / 2)
     assert high == pytest.approx(EDGE / 2, rel=0.02)
-    assert contact_ranges(u, touching.settings, 0.1) == (u.shear,)
+    assert contact_ranges(u, touching.settings, 0.1) == (u.span,)
     with pytest.raises(ValueError, match=r"^width: expected the width over the length, between 0 and 10, got 0"):
         contact_ranges(u, touching.settings, 0.0)
 
@@ -108,19 +110,19 @@ def test_one_state_and_a_list_of_states_say_so(touching, u):
 
 
 def test_many_slices_say_it_once_for_each_name(touching):
-    other = replace(touching, settings=replace(touching.settings, angle_deg=16.0))
-    (line,) = contact_of_slices([touching, other])
-    assert line.startswith("U: a band L/80 wide passes through itself at shears within -0.0123")
-    assert "in the slices at 15, 16 deg" in line
-    assert contact_of_slices([]) == []
-    assert set(contact_warnings(touching.states)) <= set(touching.warnings)
-    told = slice_warnings([replace(touching, warnings=(*touching.warnings, "something else")), other])
-    assert told == ["slice at 15 deg: something else", line]
+    other = replace(touching, settings=touching.settings.at(angle=16.0))
+    (line,) = contact_of_slices([touching, other], "angle")
+    assert line.startswith("U: a band L/80 wide passes through itself at shear within -0.0123")
+    assert "in the slices at angle 15, 16" in line
+    assert contact_of_slices([], "angle") == []
+    assert set(contact_warnings(touching.states, touching.settings)) <= set(touching.warnings)
+    told = slice_warnings([replace(touching, warnings=(*touching.warnings, "something else")), other], band_phase())
+    assert told == [f"slice at {touching.settings.place_text}: something else", line]
 
 
 def test_curve_is_cut_at_the_ends_of_the_range(touching, u):
     b = next(b for b in touching.branches if b.id == u.branch)
-    parts = branch_stretches(b, touching.states)
+    parts = branch_stretches(b, touching.states, touching.settings)
     assert [(p.stable, p.name, p.touching) for p in parts] == [
         (True, "U", False), (True, "U", True), (True, "U", False)
     ]  # fmt: skip
@@ -140,7 +142,7 @@ def legends(of):
 def test_figure_dots_what_touches_and_explains_it(touching):
     ax = draw_slice(touching)
     (dotted,) = lines(ax, "touching")
-    assert dotted.get_color() == color_of("U")
+    assert dotted.get_color() == color_of("U", COLORS)
     assert dotted.is_dashed()
     assert dotted.get_dash_capstyle() == "round"  # dots, where unstable curves have dashes
     assert "stable, touches itself" in legends(ax)

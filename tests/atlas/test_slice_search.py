@@ -5,14 +5,15 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from rodatlas.atlas import BranchCache, FolderCache, Followed, SliceSettings, compute_slice
+from rodatlas.atlas import BranchCache, FolderCache, Followed, compute_slice
 from rodatlas.atlas.slices import crosscheck, follow
 from rodatlas.atlas.slices.follow import trace_options
-from rodatlas.atlas.slices.search import Search, search_at, searched_shears
+from rodatlas.atlas.slices.search import Found, search_at, searched_values
 from rodatlas.atlas.slices.segments import stable_segments
 from rodatlas.continuation import trace
+from rodatlas.paper.model import band_slice
 from rodatlas.paper.names.segments import OTHER, name_parts
-from rodatlas.rods import RodState, is_symmetric, rod_problem, second_variation_index
+from rodatlas.rods import RodState, is_symmetric, second_variation_index
 from rodatlas.states.labels import parse_label
 
 SHEARS = (0.624,)
@@ -23,8 +24,8 @@ def alone():
     """The slice at 30 degrees with nothing carried over: only a search at one shear knows of isolated branches."""
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(follow, "carried_seeds", lambda *arguments: ([], []))
-        patch.setattr(follow, "searched_shears", lambda settings: SHEARS)
-        return compute_slice(SliceSettings(30.0))
+        patch.setattr(follow, "searched_values", lambda settings: SHEARS)
+        return compute_slice(band_slice(30.0))
 
 
 @pytest.mark.slow
@@ -34,7 +35,7 @@ def test_isolated_states_are_found_without_being_carried_over(alone, slice_30):
     assert {s.name for s in alone.states if s.branch.startswith("found@0.624")} == {"US+-", "uUu"}
     assert [s.name for s in alone.states] == [s.name for s in slice_30.states]
     for one, two in zip(alone.states, slice_30.states, strict=True):
-        assert one.shear == pytest.approx(two.shear, abs=1e-6)
+        assert one.span == pytest.approx(two.span, abs=1e-6)
         assert [e.number for e in (one.low, one.high)] == [e.number for e in (two.low, two.high)]
 
 
@@ -47,34 +48,35 @@ def test_the_search_meets_every_named_state(slice_15, slice_30):
 
 
 def test_a_state_that_the_search_misses_is_said(slice_30, monkeypatch):
-    monkeypatch.setattr(crosscheck, "found_states", lambda *arguments: ())
+    monkeypatch.setattr(type(slice_30.settings.model.search), "stable_states", lambda *arguments: ())
     u = slice_30.state("U", 0.26)
-    warnings = crosscheck.missed_states([Search(0.26, ())], [u], slice_30.settings)
+    warnings = crosscheck.missed_states([Found(0.26, (), ())], [u], slice_30.settings)
     assert warnings == ["the search at shear 0.26 did not meet U: raise its number of starts"]
-    assert crosscheck.missed_states([Search(u.high.shear - 1e-3, ())], [u], slice_30.settings) == []  # next to its end
-    met = Search(u.solutions[2]["dD"], (u.solutions[2],))
+    near_its_end = Found(u.high.value - 1e-3, (), ())
+    assert crosscheck.missed_states([near_its_end], [u], slice_30.settings) == []
+    met = Found(u.solutions[2]["dD"], (u.solutions[2],), ())
     assert crosscheck.missed_states([met], [u], slice_30.settings) == []
 
 
 def test_searches_that_found_no_state_are_said(slice_30):
     """There is a stable state at every shear, that of least energy: a search without any has not done its work."""
     u = slice_30.state("U", 0.26).solutions[0]
-    assert crosscheck.empty_searches([Search(0.26, (u,)), Search(0.7, ())]) == [
+    assert crosscheck.empty_searches([Found(0.26, (u,), ()), Found(0.7, (), ())], slice_30.settings) == [
         "search: no stable state found at shear 0.7: raise the number of starts"
     ]
 
 
 def test_what_was_found_is_kept_for_a_run_that_goes_on(tmp_path, slice_30, monkeypatch):
-    settings = SliceSettings(30.0)
+    settings = band_slice(30.0)
     states = tuple(slice_30.state(name, 0.7).solutions[0] for name in ("uUu", "US+-"))
     FolderCache(tmp_path, settings).put_states("search-0.624", states)
     FolderCache(tmp_path, settings).put_states("search-0.26", ())
-    monkeypatch.setattr("rodatlas.atlas.slices.search.found_states", None)  # nothing is searched again
+    monkeypatch.setattr(type(settings.model.search), "stable_states", None)  # nothing is searched again
     again = search_at(0.624, settings, FolderCache(tmp_path, settings)).states
     assert [s["energy"] for s in again] == [s["energy"] for s in states]
     assert np.array_equal(again[0].values, states[0].values)
     assert search_at(0.26, settings, FolderCache(tmp_path, settings)).states == ()
-    assert len(FolderCache(tmp_path, SliceSettings(30.0, search=64))) == 0
+    assert len(FolderCache(tmp_path, band_slice(30.0, search=64))) == 0
     FolderCache(tmp_path, settings).put_states("search-0.624", states)
     path = tmp_path / "search-0.624.h5"
     path.write_bytes(path.read_bytes()[:1000])
@@ -85,13 +87,13 @@ def test_what_was_found_is_kept_for_a_run_that_goes_on(tmp_path, slice_30, monke
 
 def test_a_stable_state_without_a_name_of_the_paper():
     """At 45 degrees and dL = 0.7 a search alone knows of an isolated symmetric branch, stable between two folds."""
-    settings = SliceSettings(45.0, 0.7, shear_min=-0.05, shear_max=0.45, search=512)
+    settings = band_slice(45.0, 0.7, shear_min=-0.05, shear_max=0.45, search=512)
     states = search_at(0.286, settings, BranchCache()).states
     symmetric = [s for s in states if is_symmetric(s)]
     assert sorted(s["height"] > 0 for s in symmetric) == [False, True, True]  # W, U and this one
     state = max(symmetric, key=lambda s: s["energy"])
-    branch = trace(rod_problem(), state, ("dD",), replace(trace_options(settings), max_folds=2))
-    segments = stable_segments(Followed("found", branch, True), None)
+    branch = trace(settings.model.problem, state, settings.free, replace(trace_options(settings), max_folds=2))
+    segments = stable_segments(Followed.by(settings.model, "found", branch, state), None, settings.value)
     (found,) = [s for s in segments if s.low.kind == s.high.kind == "fold"]
     assert (found.low.solution["dD"], found.high.solution["dD"]) == pytest.approx((0.2392, 0.3712), abs=1e-4)
     rod = RodState(state).at(np.linspace(0.0, 1.0, 401))
@@ -102,10 +104,10 @@ def test_a_stable_state_without_a_name_of_the_paper():
 
 
 def test_shears_that_are_searched_lie_in_the_range():
-    assert searched_shears(SliceSettings(15.0))[0] == 0.0
-    assert all(s <= 0.3 for s in searched_shears(SliceSettings(15.0, shear_max=0.3)))
-    small = searched_shears(SliceSettings(15.0, 0.3, shear_max=0.65))
+    assert searched_values(band_slice(15.0))[0] == 0.0
+    assert all(s <= 0.3 for s in searched_values(band_slice(15.0, shear_max=0.3)))
+    small = searched_values(band_slice(15.0, 0.3, shear_max=0.65))
     assert max(small) < 0.65
     for wrong in (-1, 2.5, True):
         with pytest.raises(ValueError, match="search: expected a whole number from 0 to 1000000, got"):
-            SliceSettings(15.0, search=wrong)
+            band_slice(15.0, search=wrong)

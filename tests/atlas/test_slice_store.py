@@ -11,9 +11,10 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from rodatlas.atlas import FolderCache, Slice, SliceSettings, compute_slice
-from rodatlas.atlas.slices.obtain import obtain_slice, stem_of, stored_slice
+from rodatlas.atlas import FolderCache, Slice, compute_slice
+from rodatlas.atlas.slices.obtain import obtain_slice, stored_slice
 from rodatlas.atlas.study import list_folder
+from rodatlas.paper.model import band_slice
 
 
 class Interrupt(KeyboardInterrupt):
@@ -22,7 +23,7 @@ class Interrupt(KeyboardInterrupt):
 
 def test_interrupted_slice_resumes(tmp_path, slice_15):
     """Without its search, which at 15 degrees finds nothing more."""
-    settings = SliceSettings(15.0, search=0)
+    settings = band_slice(15.0, search=0)
     cache = FolderCache(tmp_path / "s", settings)
 
     def stop(message, done, pending):
@@ -53,18 +54,18 @@ def compare(one, two):
 
 
 def test_other_settings_start_afresh(tmp_path, slice_15):
-    settings = SliceSettings(15.0)
+    settings = band_slice(15.0)
     cache = FolderCache(tmp_path, settings)
     cache.put("U", slice_15.branches[0].followed.branch)
     assert len(FolderCache(tmp_path, settings)) == 1
     assert len(FolderCache(tmp_path, settings, fresh=True)) == 0
     cache.put("U", slice_15.branches[0].followed.branch)
-    assert len(FolderCache(tmp_path, SliceSettings(15.0, poisson=0.3))) == 0
+    assert len(FolderCache(tmp_path, band_slice(15.0, poisson=0.3))) == 0
 
 
 def test_a_damaged_branch_is_computed_again(tmp_path, slice_15):
     said = []
-    cache = FolderCache(tmp_path, SliceSettings(15.0), say=said.append)
+    cache = FolderCache(tmp_path, band_slice(15.0), say=said.append)
     cache.put("U", slice_15.branches[0].followed.branch)
     path = tmp_path / "U.h5"
     path.write_bytes(path.read_bytes()[:1000])
@@ -76,15 +77,15 @@ def test_a_damaged_branch_is_computed_again(tmp_path, slice_15):
 def test_a_folder_of_somebody_else_is_left_alone(tmp_path):
     (tmp_path / "data.h5").write_bytes(b"mine")
     with pytest.raises(ValueError, match=r"out: expected no folder named"):
-        FolderCache(tmp_path, SliceSettings(15.0))
+        FolderCache(tmp_path, band_slice(15.0))
     assert (tmp_path / "data.h5").read_bytes() == b"mine"
 
 
 def test_a_damaged_record_of_settings_loses_no_curve(tmp_path, slice_15):
     said = []
-    FolderCache(tmp_path / "s", SliceSettings(15.0)).put("U", slice_15.branches[0].followed.branch)
+    FolderCache(tmp_path / "s", band_slice(15.0)).put("U", slice_15.branches[0].followed.branch)
     (tmp_path / "s" / "settings.json").write_text("{")
-    assert len(FolderCache(tmp_path / "s", SliceSettings(15.0), say=said.append)) == 0
+    assert len(FolderCache(tmp_path / "s", band_slice(15.0), say=said.append)) == 0
     assert (tmp_path / "s.damaged" / "U.h5").exists()
     assert "kept as s.damaged" in said[0]
 
@@ -125,7 +126,7 @@ def test_loading_computes_nothing(file_30):
 
 
 def test_slice_without_anything_survives_its_file(tmp_path):
-    empty = Slice(SliceSettings(80.0), (), (), ("planar states not reached",), 0.5)
+    empty = Slice(band_slice(80.0), (), (), ("planar states not reached",), 0.5)
     empty.save(tmp_path / "s.h5")
     assert Slice.load(tmp_path / "s.h5") == empty
 
@@ -134,16 +135,17 @@ def test_only_a_slice_of_the_wanted_settings_and_version_is_taken(file_30, tmp_p
     here, other = tmp_path / "slice-30.h5", tmp_path / "slice-30-nu0.3.h5"
     for path in (here, other):
         path.write_bytes(file_30.read_bytes())
-    assert stored_slice(tmp_path, SliceSettings(30.0)).state("w", 0.625)
-    assert stored_slice(tmp_path, SliceSettings(30.0, poisson=0.3)) is None
-    assert stored_slice(tmp_path, SliceSettings(45.0)) is None
+    assert stored_slice(tmp_path, band_slice(30.0)).state("w", 0.625)
+    assert stored_slice(tmp_path, band_slice(30.0, poisson=0.3)) is None
+    assert stored_slice(tmp_path, band_slice(45.0)) is None
     with h5py.File(here, "r+") as file:
         file.attrs["identity"] = file.attrs["identity"].replace('"rodatlas": "', '"rodatlas": "0.0.')
-    assert stored_slice(tmp_path, SliceSettings(30.0)) is None
-    assert Slice.load(here).settings == SliceSettings(30.0)
+    assert stored_slice(tmp_path, band_slice(30.0)) is None
+    assert Slice.load(here).settings == band_slice(30.0)
 
 
-SMALL = SliceSettings(15.0, shear_max=0.02, shear_min=0.0, tolerance=1e-6, search=0)  # of the fixture near_zero
+SMALL = band_slice(15.0, shear_max=0.02, shear_min=0.0, tolerance=1e-6, search=0)  # of the fixture near_zero
+SMALL_TEXT = "band_slice(15.0, shear_max=0.02, shear_min=0.0, tolerance=1e-6, search=0)"  # for other processes
 
 
 def cut(path):
@@ -158,7 +160,7 @@ def other_version(path):
 @pytest.mark.parametrize(("damage", "reason"), [(cut, "damaged"), (other_version, "other")])
 def test_what_cannot_be_used_is_kept_and_computed_again(tmp_path, near_zero, damage, reason):
     """Twice: the second does not replace the first that was kept."""
-    path = tmp_path / f"{stem_of(SMALL)}.h5"
+    path = tmp_path / f"{SMALL.stem}.h5"
     near_zero.save(path)
     kept = []
     for _ in range(2):
@@ -174,7 +176,7 @@ def test_what_cannot_be_used_is_kept_and_computed_again(tmp_path, near_zero, dam
 
 def test_curves_that_a_kill_left_beside_a_finished_slice_go(tmp_path, near_zero):
     """As after a kill between the two: the file is complete, its curves and half-written files are still there."""
-    path = tmp_path / f"{stem_of(SMALL)}.h5"
+    path = tmp_path / f"{SMALL.stem}.h5"
     near_zero.save(path)
     for leave in (lambda: obtain_slice(SMALL, tmp_path), lambda: list_folder(tmp_path)):
         cache = FolderCache(tmp_path / path.stem, SMALL)
@@ -188,12 +190,12 @@ def test_curves_that_a_kill_left_beside_a_finished_slice_go(tmp_path, near_zero)
         leave()
         assert [p.name for p in tmp_path.iterdir()] == [path.name]
     # those of an unfinished slice stay
-    FolderCache(tmp_path / path.stem, replace(SMALL, poisson=0.3)).put("U", near_zero.branches[0].followed.branch)
+    FolderCache(tmp_path / path.stem, SMALL.at(poisson=0.3)).put("U", near_zero.branches[0].followed.branch)
     assert [e.status for e in list_folder(tmp_path).entries] == ["partial", "complete"]
 
 
 def test_curves_are_left_while_another_process_is_at_them(tmp_path, near_zero):
-    path = tmp_path / f"{stem_of(SMALL)}.h5"
+    path = tmp_path / f"{SMALL.stem}.h5"
     near_zero.save(path)
     FolderCache(tmp_path / path.stem, SMALL).put("U", near_zero.branches[0].followed.branch)
     code = (
@@ -212,9 +214,9 @@ def test_curves_are_left_while_another_process_is_at_them(tmp_path, near_zero):
 def test_two_runs_of_one_slice_at_once_are_both_right(tmp_path):
     """The second waits for the first and reads what that has computed."""
     code = (
-        "import sys\nfrom pathlib import Path\nfrom rodatlas.atlas import SliceSettings\n"
+        "import sys\nfrom pathlib import Path\nfrom rodatlas.paper import band_slice\n"
         "from rodatlas.atlas.slices.obtain import obtain_slice\n"
-        f"settings = {SMALL!r}\n"
+        f"settings = {SMALL_TEXT}\n"
         "found = obtain_slice(settings, Path(sys.argv[1]), say=print)\n"
         "print(found.seconds, len(found.branches))\n"
     )
@@ -226,15 +228,15 @@ def test_two_runs_of_one_slice_at_once_are_both_right(tmp_path):
     assert [run.returncode for run in runs] == [0, 0]
     assert out[0][-1] == out[1][-1]  # the same seconds: computed once
     assert sum(any(line.startswith("read from") for line in lines) for lines in out) == 1
-    assert [p.name for p in tmp_path.iterdir()] == [f"{stem_of(SMALL)}.h5"]
+    assert [p.name for p in tmp_path.iterdir()] == [f"{SMALL.stem}.h5"]
 
 
 def test_a_kill_while_the_file_is_written_loses_nothing(tmp_path, near_zero):
     """Killed with the file half written: no result, all curves; the next run uses them."""
     code = (
-        "import os, signal, sys\nfrom pathlib import Path\nfrom rodatlas.atlas import SliceSettings\n"
+        "import os, signal, sys\nfrom pathlib import Path\nfrom rodatlas.paper import band_slice\n"
         "from rodatlas.atlas.slices import obtain\nfrom rodatlas.continuation import store\n"
-        f"settings, stem = {SMALL!r}, {stem_of(SMALL)!r}\n"
+        f"settings, stem = {SMALL_TEXT}, {SMALL.stem!r}\n"
         "write = Path.write_bytes\n"
         "def half(path, data):\n"
         "    if path.name.startswith(f'.{stem}.h5.'):\n"
@@ -246,33 +248,33 @@ def test_a_kill_while_the_file_is_written_loses_nothing(tmp_path, near_zero):
     )
     done = subprocess.run([sys.executable, "-c", code, str(tmp_path)], check=False)
     assert done.returncode == -9
-    assert not (tmp_path / f"{stem_of(SMALL)}.h5").exists()
+    assert not (tmp_path / f"{SMALL.stem}.h5").exists()
     assert len(list(tmp_path.glob(".*.partial"))) == 1
-    kept = len(list((tmp_path / stem_of(SMALL)).glob("*.h5")))
+    kept = len(list((tmp_path / SMALL.stem).glob("*.h5")))
     said = []
     found = obtain_slice(SMALL, tmp_path, say=said.append)
     assert said[0].startswith(f"resuming: {kept} finished branches")
     assert {**found.to_json(), "seconds": 0} == {**near_zero.to_json(), "seconds": 0}
-    assert [p.name for p in tmp_path.iterdir()] == [f"{stem_of(SMALL)}.h5"]
+    assert [p.name for p in tmp_path.iterdir()] == [f"{SMALL.stem}.h5"]
 
 
 @given(st.lists(st.builds(
-    SliceSettings, st.sampled_from([0.0, 15.0, 15.000000001, 27.5, 1e-5]), st.sampled_from([0.5, 0.4, 0.50000001]),
+    band_slice, st.sampled_from([0.0, 15.0, 15.000000001, 27.5, 1e-5]), st.sampled_from([0.5, 0.4, 0.50000001]),
     st.sampled_from([0.25, 0.3]), st.sampled_from([None, 0.1, 0.7]), st.sampled_from([None, 0.0, -0.1, -0.05]),
     st.sampled_from([1e-8, 1e-7]), st.sampled_from([256, 0, 64]),
 ), min_size=2, max_size=2))  # fmt: skip
 def test_other_settings_have_another_name(pair):
     one, two = pair
-    assert (stem_of(one).lower() == stem_of(two).lower()) == (one == two)
+    assert (one.stem.lower() == two.stem.lower()) == (one == two)
 
 
 def test_the_default_range_fits_every_compression():
-    assert SliceSettings(15.0, 0.4).shear_max == pytest.approx(0.82 * 0.8 / 0.75**0.5)
+    assert band_slice(15.0, 0.4).high == pytest.approx(0.82 * 0.8 / 0.75**0.5)
     for compression in (1e-4, 0.01, 0.2, 0.95, 0.999):
-        s = SliceSettings(15.0, compression)
+        s = band_slice(15.0, compression)
         limit = (1.0 - (1.0 - compression) ** 2) ** 0.5
-        assert s.shear_max / limit == pytest.approx(0.82 / 0.75**0.5, rel=1e-6)
-        assert s.shear_min / limit == pytest.approx(-0.05 / 0.75**0.5, rel=1e-5)
+        assert s.high / limit == pytest.approx(0.82 / 0.75**0.5, rel=1e-6)
+        assert s.low / limit == pytest.approx(-0.05 / 0.75**0.5, rel=1e-5)
 
 
 def test_damaged_slice_file_is_named(file_30, tmp_path):
@@ -283,13 +285,13 @@ def test_damaged_slice_file_is_named(file_30, tmp_path):
 
 
 def test_finished_cache_is_cleared_but_not_what_else_is_there(tmp_path, slice_15):
-    cache = FolderCache(tmp_path / "s", SliceSettings(15.0))
+    cache = FolderCache(tmp_path / "s", band_slice(15.0))
     cache.put("U", slice_15.branches[0].followed.branch)
     (tmp_path / "s" / "notes.txt").write_text("mine")
     cache.clear()
     assert [p.name for p in (tmp_path / "s").iterdir()] == ["notes.txt"]
     (tmp_path / "s" / "notes.txt").unlink()
-    FolderCache(tmp_path / "s", SliceSettings(15.0)).clear()
+    FolderCache(tmp_path / "s", band_slice(15.0)).clear()
     assert not (tmp_path / "s").exists()
 
 
@@ -298,7 +300,7 @@ def test_tables_of_states_and_events(slice_15):
     assert list(states["name"]) == [s.name for s in slice_15.states]
     w = states.set_index("name").loc["w"]
     assert (w["kind_low"], w["number_low"], w["snap_low"]) == ("fold", 7, True)
-    assert w["shear_high"] == slice_15.state("w", 0.55).high.shear
+    assert w["shear_high"] == slice_15.state("w", 0.55).high.value
     assert len(events) == sum(len(b.events) for b in slice_15.branches)
     u = events[events["branch"] == "U"]
     assert np.allclose(u["shear"], (0.327675302, 0.616372198), atol=1e-8)
@@ -309,8 +311,8 @@ def test_tables_of_states_and_events(slice_15):
 
 def test_reprs_say_what_a_user_looks_for(slice_15):
     u = next(b for b in slice_15.branches if b.id == "U")
-    assert repr(u.events[0]).startswith("Event(pitchfork 4: shear 0.327675, height 0.1828, index 0 to 1)")
+    assert repr(u.events[0]).startswith("Event(pitchfork 4: at 0.327675, 0.1828")
     assert "fold 6, snaps" in repr(slice_15.state("w", 0.55))
     bare = replace(u.events[0], number=None)
-    assert repr(bare).startswith("Event(pitchfork: shear")
+    assert repr(bare).startswith("Event(pitchfork: at")
     assert all(len(repr(x)) < 200 for x in (*slice_15.branches, *slice_15.states, *u.events, slice_15))

@@ -5,10 +5,11 @@ import math
 import numpy as np
 import pytest
 
-from rodatlas.atlas import BranchCache, SliceSettings, compute_slice, reach
+from rodatlas.atlas import BranchCache, compute_slice, reach
 from rodatlas.atlas.slices import seeds
 from rodatlas.atlas.slices.follow import trace_options
 from rodatlas.continuation import EndReason, NewtonCode, NotConverged, trace
+from rodatlas.paper.model import band, band_slice
 from rodatlas.rods import (
     RodState,
     half_twist,
@@ -25,6 +26,7 @@ from rodatlas.rods import (
 )
 
 ANGLE = math.radians(15.0)
+TWISTED = next(source for source in band().sources if source.name == "twisted states")
 
 
 @pytest.fixture(scope="module")
@@ -37,7 +39,7 @@ def states():
 @pytest.fixture(scope="module")
 def loops(states):
     """Both loops over all shears that the rod can have."""
-    options = trace_options(SliceSettings(15.0, shear_min=-0.82))
+    options = trace_options(band_slice(15.0, shear_min=-0.82))
     return {name: trace(rod_problem(), state, ("dD",), options) for name, state in states.items()}
 
 
@@ -130,38 +132,38 @@ def test_names_numbers_and_ends_at_15_degrees(slice_15):
         assert state.pair
         assert state.low.kind == "range"
         assert (state.high.kind, state.high.number, state.high.snap) == ("fold", number, True)
-        assert state.high.shear == pytest.approx(shear, abs=1e-7)
+        assert state.high.value == pytest.approx(shear, abs=1e-7)
     twisted = [b for b in slice_15.branches if b.id.startswith("T")]
     assert len(twisted) == 4  # each loop leaves the range at shear_min, and is cut in two
-    found = sorted(round(e.shear, 6) for b in twisted for e in b.events)
+    found = sorted(round(e.value, 6) for b in twisted for e in b.events)
     assert found == [0.058205, 0.065543, 0.086664, 0.121862]
 
 
 def test_whole_loops_in_a_wide_slice():
-    found = compute_slice(SliceSettings(15.0, shear_min=-0.15, shear_max=0.15, search=0), carry=False)
+    found = compute_slice(band_slice(15.0, shear_min=-0.15, shear_max=0.15, search=0), carry=False)
     loops = [b for b in found.branches if b.id.startswith("T")]
     assert [b.id for b in loops] == ["TU", "TW"]
     assert all(b.followed.branch.closed for b in loops)
     for name, number in (("TU+-", 2), ("TW+-", 1)):
         state = next(s for s in found.states if s.name == name)
         assert [e.number for e in (state.low, state.high)] == [number, number]
-        assert state.low.shear == pytest.approx(-state.high.shear, abs=1e-7)
+        assert state.low.value == pytest.approx(-state.high.value, abs=1e-7)
 
 
 def test_reach_both_members():
-    plus, _ = reach(SliceSettings(15.0), "TU+", 0.0)
-    minus, _ = reach(SliceSettings(15.0), "TU-", 0.0)
+    plus, _ = reach(band_slice(15.0), "TU+", 0.0)
+    minus, _ = reach(band_slice(15.0), "TU-", 0.0)
     assert abs(plus["energy"] - 37.41956) < 1e-5
     assert abs(plus["energy"] - minus["energy"]) < 1e-8
     assert half_twist(plus) == pytest.approx(-half_twist(minus), abs=1e-6)
-    other, _ = reach(SliceSettings(15.0), "TW-", 0.03)
+    other, _ = reach(band_slice(15.0), "TW-", 0.03)
     assert pair_member(other) == "-"
     assert index_of(other).index == 0
     assert other["dD"] == 0.03
 
 
 def carried(angle, compression=0.5, poisson=0.25):
-    found, warnings = seeds.twisted_seeds(SliceSettings(angle, compression, poisson), BranchCache())
+    found, warnings = seeds.seeds_of(TWISTED, band_slice(angle, compression, poisson), BranchCache())
     assert warnings == []
     stable = {name for name, state in found if index_of(state).index == 0}
     return dict(found), stable
@@ -185,16 +187,16 @@ def test_mirror_images_at_zero_angle():
 
 
 def test_what_cannot_be_found_is_said(monkeypatch):
-    monkeypatch.setattr(seeds, "twisted_states", lambda *settings: ({}, "TU, TW"))
-    assert seeds.twisted_seeds(SliceSettings(15.0), BranchCache()) == ([], ["twisted states not reached: TU, TW"])
+    monkeypatch.setattr("rodatlas.rods.twisted.twisted_states", lambda *settings: ({}, "TU, TW"))
+    assert seeds.seeds_of(TWISTED, band_slice(15.0), BranchCache()) == ([], ["twisted states not reached: TU, TW"])
 
 
 def test_what_cannot_be_carried_is_said(states, monkeypatch):
     def fails(name, *others):
         raise NotConverged(NewtonCode.SLOW, f"start of {name}")
 
-    monkeypatch.setattr(seeds, "_carried", fails)
-    found, warnings = seeds.twisted_seeds(SliceSettings(30.0), BranchCache())
+    monkeypatch.setattr(seeds, "carried", fails)
+    found, warnings = seeds.seeds_of(TWISTED, band_slice(30.0), BranchCache())
     assert found == []
     assert [w.split(":")[0] for w in warnings] == [f"branch {n}" for n in ("TU", "TU-2", "TU-3", "TW", "TW-2", "TW-3")]
 
@@ -204,7 +206,7 @@ def test_number_0_is_where_highly_twisted_states_begin(slice_15):
     parent = next(b for b in slice_15.branches if b.id == "M3")
     event = next(e for e in parent.events if e.number == 0)
     assert (event.kind, event.special.index) == ("pitchfork", (3, 2))
-    assert event.shear == pytest.approx(0.36187, abs=1e-5)
+    assert event.value == pytest.approx(0.36187, abs=1e-5)
     at = next(i for i, x in enumerate(parent.followed.branch.special) if x.solution is event.special.solution)
     twist = {
         b.followed.origin[1]: max(abs(half_twist(p.solution)) for p in b.followed.branch.points)

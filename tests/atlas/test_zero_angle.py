@@ -3,12 +3,13 @@
 import numpy as np
 import pytest
 
-from rodatlas.atlas import SliceSettings, compute_slice
+from rodatlas.atlas import compute_slice
 from rodatlas.atlas.slices.match import crossings, lies_on
+from rodatlas.paper.model import band_slice
 from rodatlas.rods import RodState, critical_mode, index_of, mirror_angle, reverse
 
 pytestmark = pytest.mark.slow
-SETTINGS = SliceSettings(0.0, search=0)
+SETTINGS = band_slice(0.0, search=0)
 
 
 @pytest.fixture(scope="module")
@@ -36,7 +37,7 @@ def test_every_branch_has_one_mirror_image(found):
 def events(b):
     """Shear, height and larger index of the bifurcations inside a branch, (n, 3), without those at which it ends."""
     inside = [e for e in b.events if b.followed.symmetric or "reversal" not in e.special.breaks]
-    return np.array([[e.shear, e.height, max(e.special.index)] for e in inside]).reshape(-1, 3)
+    return np.array([[e.value, e.response, max(e.special.index)] for e in inside]).reshape(-1, 3)
 
 
 def test_no_curve_is_listed_twice(found):
@@ -50,20 +51,20 @@ def test_no_curve_is_listed_twice(found):
 
 def test_bifurcations_of_u_and_w_coincide(found):
     numbers = {e.number: e for b in found.branches for e in b.events if b.id in ("U", "W")}
-    assert numbers[4].shear == pytest.approx(0.359236, abs=1e-6)
-    assert numbers[11].shear == pytest.approx(0.603240, abs=1e-6)
+    assert numbers[4].value == pytest.approx(0.359236, abs=1e-6)
+    assert numbers[11].value == pytest.approx(0.603240, abs=1e-6)
     for one, two in ((3, 4), (10, 11)):
-        assert numbers[one].shear == pytest.approx(numbers[two].shear, abs=1e-8)
-        assert numbers[one].height == pytest.approx(-numbers[two].height, abs=1e-8)
+        assert numbers[one].value == pytest.approx(numbers[two].value, abs=1e-8)
+        assert numbers[one].response == pytest.approx(-numbers[two].response, abs=1e-8)
 
 
 def test_s_is_one_curve_of_zero_height(found):
     """S+- begins at 0.531, where US+- and WS+- meet, one pair for each member; below it is the planar second mode."""
     s = next(x for x in found.states if x.name == "S+-")
     us, ws = (next(x for x in found.states if x.name == name) for name in ("US+-", "WS+-"))
-    assert s.low.shear == pytest.approx(0.531, abs=1e-3)
+    assert s.low.value == pytest.approx(0.531, abs=1e-3)
     assert us.branch == ws.branch
-    assert [x.shear for x in (us.high, ws.high)] == pytest.approx([s.low.shear] * 2, abs=1e-8)
+    assert [x.value for x in (us.high, ws.high)] == pytest.approx([s.low.value] * 2, abs=1e-8)
     assert [x.snap for x in (us.high, ws.high, s.low)] == [False] * 3
     curve = branch(found, s.branch)
     assert curve.mirror == curve.id
@@ -106,7 +107,7 @@ def test_branches_without_symmetry_cross_where_the_band_can_slide(found):
     the chord: at psi0 = 0 no symmetry is needed for this branch point. Everything in space, from the shape alone.
     """
     crossings_ = [e for b in found.branches for e in b.events if e.kind == "branch point"]
-    assert {round(e.shear, 4) for e in crossings_} == {0.5012}
+    assert {round(e.value, 4) for e in crossings_} == {0.5012}
     for event in crossings_:
         assert event.special.isotropy == ()
         mode, rod = critical_mode(event.special.solution), RodState(event.special.solution)

@@ -11,11 +11,10 @@ from pathlib import Path
 
 import pytest
 
-from rodatlas.atlas import LociSettings, PhaseSettings, Slice, SliceSettings
-from rodatlas.atlas.loci.obtain import loci_stem_of
-from rodatlas.atlas.phase.settings import phase_stem_of
+from rodatlas.atlas import Slice
 from rodatlas.cli import main
 from rodatlas.cli.app import app
+from rodatlas.paper.model import band_loci, band_phase, band_slice
 from small_results import plain_figure
 
 SLICE = ("slice", "--angle", "15", "--shear-min", "0", "--search", "0")
@@ -132,12 +131,12 @@ def test_some_loci_leave_others_alone(place, slice_15, capsys):
 
 
 def test_names_of_loci_and_phase_diagrams_tell_all_settings_apart():
-    loci = [LociSettings(), LociSettings(0.4), LociSettings(poisson=0.3), LociSettings(angle_max=80.0000001),
-            LociSettings(tolerance=1e-7)]  # fmt: skip
-    phases = [PhaseSettings(), PhaseSettings(0.4), PhaseSettings(poisson=0.3), PhaseSettings(angle_min=1.0),
-              PhaseSettings(angle_max=79.99999), PhaseSettings(tolerance=1e-7)]  # fmt: skip
+    loci = [band_loci(), band_loci(0.4), band_loci(poisson=0.3), band_loci(angle_max=80.0000001),
+            band_loci(tolerance=1e-7)]  # fmt: skip
+    phases = [band_phase(), band_phase(0.4), band_phase(poisson=0.3), band_phase(angle_min=1.0),
+              band_phase(angle_max=79.99999), band_phase(tolerance=1e-7)]  # fmt: skip
     numbers = [(), (4,), (4, 12), (12,)]
-    names = [loci_stem_of(s, n) for s in loci for n in numbers] + [phase_stem_of(s) for s in phases]
+    names = [s.stem(n) for s in loci for n in numbers] + [s.stem for s in phases]
     assert len({n.lower() for n in names}) == len(names)
 
 
@@ -164,4 +163,4 @@ def test_the_result_of_an_older_version_is_kept(place, one_slice, capsys, monkey
     assert run(*SLICE, *TOL, *RANGE) == 0
     assert f"it is kept as {data.name}.other" in capsys.readouterr().err
     assert Path(f"{data}.other").read_bytes() == old
-    assert Slice.load(data).settings == SliceSettings(15.0, shear_max=0.02, shear_min=0.0, tolerance=1e-6, search=0)
+    assert Slice.load(data).settings == band_slice(15.0, shear_max=0.02, shear_min=0.0, tolerance=1e-6, search=0)

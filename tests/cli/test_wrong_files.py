@@ -11,10 +11,11 @@ import h5py
 import numpy as np
 import pytest
 
-from rodatlas.atlas import Slice, SliceBranch, SliceSettings
+from rodatlas.atlas import Slice, SliceBranch
 from rodatlas.atlas.slices.follow import Followed
 from rodatlas.cli import main
 from rodatlas.continuation import BVP, Solution, TraceOptions, trace
+from rodatlas.paper.model import band_slice
 
 SLICES = "[[slices]]\nangle = 15\n"
 STUDIES = {
@@ -192,7 +193,7 @@ def right(tmp_path_factory):
     branch.points[0].solution.save(folder / "solution.h5")
     branch.save(folder / "branch.h5")
     bare = trace(bvp, start, ("lam",), TraceOptions(bounds={"lam": (0.0, 1.0)}))
-    slice_ = Slice(SliceSettings(15.0), (SliceBranch(Followed("U", bare, True, None), ()),), (), (), 0.0)
+    slice_ = Slice(band_slice(15.0), (SliceBranch(Followed("U", bare, True, None), ()),), (), (), 0.0)
     slice_.save(folder / "slice.h5")
     return folder
 

@@ -28,11 +28,11 @@ def test_a_window_has_the_bifurcations_and_states_of_the_slice(closer, slice_15)
     assert set(found) == {7, 9}
     for number, event in found.items():
         assert event.kind == known[number].kind
-        assert event.shear == pytest.approx(known[number].shear, abs=1e-8)
+        assert event.value == pytest.approx(known[number].value, abs=1e-8)
         assert event.special.index in (known[number].special.index, known[number].special.index[::-1])
     (w,) = closer.states
     assert w.name == "w"
-    assert w.low.shear == pytest.approx(known[7].shear, abs=1e-8)
+    assert w.low.value == pytest.approx(known[7].value, abs=1e-8)
 
 
 def test_branches_end_at_the_border_and_none_is_there_twice(closer, slice_15):
@@ -65,7 +65,7 @@ def test_numbers_come_from_the_loci_where_the_slice_has_none(closer, loci):
 
     bare = [replace(b, events=tuple(replace(e, number=None) for e in b.events)) for b in closer.branches]
     again = numbered(replace(closer, branches=tuple(bare)), loci)
-    assert {n: e.shear for n, e in events(again).items()} == {n: e.shear for n, e in events(closer).items()}
+    assert {n: e.value for n, e in events(again).items()} == {n: e.value for n, e in events(closer).items()}
 
 
 def test_angles_are_before_between_and_after():
@@ -78,9 +78,9 @@ def test_angles_are_before_between_and_after():
 def test_the_events_of_both_transitions_are_in_the_order_of_the_paper(loci):
     """w meets U, 18 and 7 vanish in a cusp, then 4 and 9; 14 passes 10 before 8 and 10 vanish."""
     touch, cusp, joined = ("extremum", "13", "18"), ("cusp", "7", "18"), ("extremum", "4", "9")
-    near_28 = [meeting(loci, *m).angle_deg for m in (touch, cusp, joined)]
+    near_28 = [meeting(loci, *m).second for m in (touch, cusp, joined)]
     passes, turns, gone = ("coalescence", "10", "14"), ("criticality", "10"), ("extremum", "8", "10")
-    near_44 = [meeting(loci, *m).angle_deg for m in (passes, turns, gone)]
+    near_44 = [meeting(loci, *m).second for m in (passes, turns, gone)]
     assert 27.5 < near_28[0] < near_28[1] < near_28[2] < 28.2
     assert near_28[0] == pytest.approx(27.71, abs=0.01)
     assert 44.1 < near_44[0] < near_44[1] < near_44[2] < 44.3

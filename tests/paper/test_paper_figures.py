@@ -35,7 +35,7 @@ def test_the_members_of_a_pair_are_reversals_and_all_are_stable(slice_15):
     for state in states.one_of_each(slice_15):
         for name, solution in states.members(state, slice_15).items():
             assert index_of(solution).index == 0
-            assert state.shear[0] < solution["dD"] < state.shear[1]
+            assert state.span[0] < solution["dD"] < state.span[1]
             assert name == state.name or pair_member(solution) == name[-1]
 
 
@@ -59,7 +59,7 @@ def test_curves_pass_through_the_slice_and_span_the_range(curves, slice_15):
         assert curve.ratios[[0, -1]] == pytest.approx([0.0, 0.5], abs=1e-9)
         at = np.argmin(np.abs(curve.ratios - 0.25))
         assert curve.ratios[at] == pytest.approx(0.25, abs=1e-8)
-        assert curve.shears[at] == pytest.approx(events[number].shear, abs=1e-8)
+        assert curve.shears[at] == pytest.approx(events[number].value, abs=1e-8)
 
 
 def test_the_figure_of_poissons_ratio_names_every_curve(sources):

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from rodatlas.atlas import coexisting_states
+from rodatlas.paper.names.yu_hanna import COLORS
 from rodatlas.plot import color_of, draw_profiles, draw_slice, draw_slice_figure
 from rodatlas.plot.curves import Stretch
 from rodatlas.plot.overlaps import NEAR, RUN, draw_overlaps, overlaps_of
@@ -28,7 +29,8 @@ def axes():
 
 def curve(name, height, left=0.0, right=1.44, *, stable=True):
     x = np.linspace(left, right, 50)
-    return Stretch(np.column_stack([x, np.broadcast_to(height(x), x.shape)]), stable, name, name or "")
+    xy = np.column_stack([x, np.broadcast_to(height(x), x.shape)])
+    return Stretch(xy, stable, name, name or "", color=color_of(name, COLORS))
 
 
 def test_runs_of_two_states_are_found_and_crossings_are_not():
@@ -65,12 +67,12 @@ def test_all_colors_are_seen_along_curves_that_coincide(count):
     stretches = [curve(name, lambda x: 0 * x) for name in ("U", "TU+-", "w")[:count]]
     overlaps = overlaps_of(stretches, ax)
     for stretch in stretches:
-        ax.plot(*stretch.xy.T, color=color_of(stretch.name), lw=STABLE_WIDTH, zorder=3)
+        ax.plot(*stretch.xy.T, color=color_of(stretch.name, COLORS), lw=STABLE_WIDTH, zorder=3)
         draw_overlaps([o for o in overlaps if o.top is stretch], ax)
     ax.figure.canvas.draw()
     row = np.asarray(ax.figure.canvas.buffer_rgba())[round(ax.bbox.height / 2), :, :3]
     for stretch in stretches:
-        color = 255 * np.array([int(color_of(stretch.name)[i : i + 2], 16) / 255 for i in (1, 3, 5)])
+        color = 255 * np.array([int(color_of(stretch.name, COLORS)[i : i + 2], 16) / 255 for i in (1, 3, 5)])
         share = (np.abs(row - color).max(axis=1) < 3).mean()
         assert share == pytest.approx(1 / count, abs=0.12)
 
@@ -81,7 +83,7 @@ def test_planar_states_have_no_twist_and_both_are_seen_in_the_profiles(slice_15)
     counts = [len([x for x in ax.lines if x.is_dashed()]) for ax in figure.axes]
     assert counts[1] == 1  # twist
     (dashes,) = [x for x in figure.axes[1].lines if x.is_dashed()]
-    assert dashes.get_color() == color_of("U")
+    assert dashes.get_color() == color_of("U", COLORS)
     assert np.ptp(dashes.get_xdata()) == pytest.approx(1.0, abs=0.01)
 
 
@@ -92,7 +94,7 @@ def diagrams(slice_15):
 
 def test_u_and_tu_are_told_apart_at_15_degrees(diagrams, slice_15):
     for ax in diagrams:
-        assert {line.get_color() for line in lines(ax, "alternating")} == {color_of("U")}
+        assert {line.get_color() for line in lines(ax, "alternating")} == {color_of("U", COLORS)}
         (panel,) = ax.child_axes
         assert {"U", "TU±"} <= {t.get_text() for t in panel.texts}
         (low, high), (bottom, top) = panel.get_xlim(), panel.get_ylim()

@@ -12,8 +12,9 @@ import pytest
 
 import rodatlas.plot
 from rodatlas.continuation import Solution
+from rodatlas.paper import band
 from rodatlas.plot import draw_triad, render_band, save_figure
-from rodatlas.plot.heading import equation, setting_of, setting_text
+from rodatlas.plot.heading import setting_of, setting_text
 from rodatlas.plot.style import new_figure
 from rodatlas.rods import Ends, state_at
 
@@ -69,16 +70,12 @@ def test_drawings_make_a_figure_of_their_own(solution):
 
 
 def test_settings_are_told_with_their_units(solution):
-    assert equation("psi0", 27.5) == r"$\psi_0=27.5^\circ$"
-    assert equation("dD", -1e-17) == r"$\Delta D=0\,L$"
-    assert setting_text(nu=0.25, dL=0.5) == r"$\Delta L=0.5\,L$,  $\nu=0.25$"
-    assert setting_of(solution) == r"$\psi_0=45^\circ$,  $\Delta L=0.5\,L$,  $\Delta D=0.2\,L$,  $EI_1/GJ=0.625$"
-    assert "psi" not in setting_of(solution, without=("psi0",))
-    other = solution.with_parameters(turn_left=np.radians(-5.0), dY=0.1, twist_right=np.radians(30.0))
-    assert setting_of(other, without=("dL", "dD", "a")) == (
-        r"$\psi_\mathrm{left}=40^\circ$,  $\psi_\mathrm{right}=45^\circ$,  $\Delta Y=0.1\,L$,  "
-        r"$\varphi_\mathrm{right}=30^\circ$"
-    )
+    assert band().control("angle").equation(27.5) == r"\psi_0=27.5^\circ"
+    assert band().control("shear").equation(-1e-17) == r"\Delta D=0\,L"
+    values = {"poisson": 0.25, "compression": 0.5, "shear": 0.0}
+    assert setting_text(band().controls, values) == r"$\Delta L=0.5\,L$,  $\nu=0.25$"
+    assert setting_of(solution) == r"$\Delta D=0.2\,L$,  $\psi_0=45^\circ$,  $\Delta L=0.5\,L$,  $\nu=0.25$"
+    assert "psi" not in setting_of(solution, without=("angle",))
     assert isinstance(solution, Solution)
 
 

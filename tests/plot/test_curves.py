@@ -18,7 +18,7 @@ def distances(points, stretches):
 
 def test_curves_pass_through_all_points_and_special_points(slice_15):
     for b in slice_15.branches:
-        stretches = branch_stretches(b, slice_15.states)
+        stretches = branch_stretches(b, slice_15.states, slice_15.settings)
         computed = [p.solution for p in b.followed.branch.points] + [e.special.solution for e in b.events]
         places = np.array([(s["dD"], s["height"]) for s in computed])
         assert distances(places, stretches).max() < 1e-12
@@ -26,7 +26,7 @@ def test_curves_pass_through_all_points_and_special_points(slice_15):
 
 def test_stretches_of_a_branch_are_connected(slice_15):
     for b in slice_15.branches:
-        stretches = branch_stretches(b, slice_15.states)
+        stretches = branch_stretches(b, slice_15.states, slice_15.settings)
         for one, two in pairwise(stretches):
             assert np.array_equal(one.xy[-1], two.xy[0])
             assert (one.stable, one.name) != (two.stable, two.name)
@@ -34,7 +34,7 @@ def test_stretches_of_a_branch_are_connected(slice_15):
 
 def test_style_changes_exactly_at_index_changes(slice_15):
     for b in slice_15.branches:
-        stretches = branch_stretches(b, slice_15.states)
+        stretches = branch_stretches(b, slice_15.states, slice_15.settings)
         cuts = [s.xy[0] for s in stretches[1:]]
         expected = [
             (e.special.solution["dD"], e.special.solution["height"])
@@ -55,7 +55,7 @@ def test_interpolation_is_near_the_dense_curve(slice_15):
     branch = b.followed.branch
     thin = replace(b, followed=replace(b.followed, branch=replace(branch, points=branch.points[::2])))
     dropped = np.array([(p.solution["dD"], p.solution["height"]) for p in branch.points[1::2]])[:12]
-    samples = np.concatenate([s.xy for s in branch_stretches(thin, ())])
+    samples = np.concatenate([s.xy for s in branch_stretches(thin, (), slice_15.settings)])
     samples = samples[np.append(True, np.diff(samples, axis=0).any(axis=1))]  # ends of neighbors coincide
     one, two = samples[:-1], samples[1:]
     for place in dropped:
@@ -66,7 +66,7 @@ def test_interpolation_is_near_the_dense_curve(slice_15):
 def test_side_branch_leaves_the_pitchfork_smoothly(slice_15):
     """Shear and height are even functions of the distance from the pitchfork, so the curve starts straight."""
     b = next(b for b in slice_15.branches if b.id == "U.1")
-    xy = branch_stretches(b, slice_15.states)[0].xy[:13]
+    xy = branch_stretches(b, slice_15.states, slice_15.settings)[0].xy[:13]
     direction = np.diff(xy, axis=0)
     angles = np.arctan2(direction[:, 1], direction[:, 0])
     assert np.ptp(angles) < 1e-2
@@ -74,7 +74,7 @@ def test_side_branch_leaves_the_pitchfork_smoothly(slice_15):
 
 def test_each_event_is_marked_once(slice_15):
     events = unique_events(slice_15)
-    places = [(e.kind == "fold", round(e.special.solution["dD"], 6), round(e.special.solution["height"], 6))
+    places = [(e.kind == "fold", *(round(x, 6) for x in e.place))
               for e in events]  # fmt: skip
     assert len(set(places)) == len(events)
     assert {e.number for e in events if e.number} == {e.number for b in slice_15.branches for e in b.events if e.number}
@@ -83,7 +83,7 @@ def test_each_event_is_marked_once(slice_15):
 def test_index_change_without_event_cuts_half_way(slice_15):
     b = next(b for b in slice_15.branches if b.id == "U")
     bare = replace(b, events=())
-    stretches = branch_stretches(bare, ())
+    stretches = branch_stretches(bare, (), slice_15.settings)
     assert [s.stable for s in stretches] == [True, False, True]
     first, second = (e.special.solution["dD"] for e in b.events)
     assert stretches[0].xy[-1, 0] == pytest.approx(first, abs=0.04)

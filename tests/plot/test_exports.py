@@ -10,6 +10,7 @@ import pytest
 import trimesh
 
 from rodatlas.continuation import Solution, solve
+from rodatlas.paper.model import band_loci
 from rodatlas.plot.exports import (
     box,
     loci_tables,
@@ -192,9 +193,9 @@ def test_tables_of_a_slice(slice_15, tmp_path):
 
 
 def test_tables_of_loci(slice_15):
-    from rodatlas.atlas import LociSettings, compute_loci
+    from rodatlas.atlas import compute_loci
 
-    loci = compute_loci(LociSettings(angle_max=16.0), lambda angle: slice_15, (4,))
+    loci = compute_loci(band_loci(angle_max=16.0), lambda angle: slice_15, (4,))
     points = loci_tables(loci)["points"]
     four = points[points["number"] == 4]
     assert four["angle_deg"].is_monotonic_increasing

@@ -9,12 +9,13 @@ import matplotlib as mpl
 import numpy as np
 import pytest
 
-from rodatlas.atlas.slices.coexisting import coexisting_states, richest_shear
+from rodatlas.atlas.slices.coexisting import coexisting_states, richest_value
 from rodatlas.paper.names.segments import NAMES
+from rodatlas.paper.names.yu_hanna import COLORS
 from rodatlas.plot import color_of, draw_profiles, draw_slice, draw_slice_figure, label_of, save_figure
 from rodatlas.plot.arrangement import crosses, isotonic
 from rodatlas.plot.curves import unique_events
-from rodatlas.plot.style import INK, STATE_COLORS, new_figure
+from rodatlas.plot.style import INK, new_figure
 from rodatlas.rods.symmetry import pair_member
 
 # Machado, Oliveira & Fernandes 2009, severity 1
@@ -48,14 +49,14 @@ def lab(hexadecimal, matrix):
 
 
 def test_every_name_has_a_color():
-    assert set(NAMES) <= set(STATE_COLORS)
-    assert color_of("US+") == color_of("US-") == color_of("US+-")
-    assert color_of(None) == color_of("nothing")
+    assert set(NAMES) <= set(COLORS)
+    assert color_of("US+", COLORS) == color_of("US-", COLORS) == color_of("US+-", COLORS)
+    assert color_of(None, COLORS) == color_of("nothing", COLORS)
 
 
 @pytest.mark.parametrize("vision", VISION)
 def test_colors_are_distinct_for_all_eyes(vision):
-    seen = [lab(c, VISION[vision]) for c in STATE_COLORS.values()]
+    seen = [lab(c, VISION[vision]) for c in COLORS.values()]
     assert min(np.linalg.norm(a - b) for a, b in itertools.combinations(seen, 2)) > 24
 
 
@@ -77,7 +78,7 @@ def test_stable_lines_are_solid_and_have_the_color_of_their_state(axes, slice_15
     assert all(line.get_linestyle() == "--" for line in unstable)
     assert min(line.get_linewidth() for line in stable) > max(line.get_linewidth() for line in unstable)
     assert len(stable) == len(slice_15.states)
-    assert {line.get_color() for line in stable} == {color_of(s.name) for s in slice_15.states}
+    assert {line.get_color() for line in stable} == {color_of(s.name, COLORS) for s in slice_15.states}
 
 
 def test_numbers_and_names_are_written(axes, slice_15):
@@ -118,7 +119,7 @@ def test_slice_figure_shows_each_named_state_once(figure, slice_15):
     main = figure.axes[0]
     names = {s.name for s in slice_15.states}
     assert len(lines(main, "leader")) == len(lines(main, "shown")) == len(names)
-    assert {line.get_markerfacecolor() for line in lines(main, "shown")} == {color_of(n) for n in names}
+    assert {line.get_markerfacecolor() for line in lines(main, "shown")} == {color_of(n, COLORS) for n in names}
     drawings = [ax for ax in figure.axes[1:] if ax.collections]
     assert len(drawings) == len(names)
     ends = [line.get_xydata() for line in lines(main, "leader")]
@@ -162,7 +163,7 @@ def test_coexisting_states_are_solved_at_the_shear(slice_15):
     assert list(states) == ["US+", "uUu", "uUui"]
     assert all(s["dD"] == shear for s in states.values())
     assert pair_member(states["US+"]) == "+"
-    assert richest_shear(slice_15.states) == 0.01  # U, W, TU and TW
+    assert richest_value(slice_15.states) == 0.01  # U, W, TU and TW
     with pytest.raises(ValueError, match=r"^shear: expected a number from -0.05 to 0.82"):
         coexisting_states(slice_15, 0.9)
 
@@ -198,7 +199,7 @@ def test_every_stable_stretch_belongs_to_a_named_state(slice_30):
     stable = [x for x in slice_stretches(slice_30) if x.stable]
     assert {x.name for x in stable} == {s.name for s in slice_30.states}
     u = next(x for x in stable if x.name == "U")
-    assert u.xy[:, 0].max() == slice_30.state("U", 0.2).high.shear
+    assert u.xy[:, 0].max() == slice_30.state("U", 0.2).high.value
 
 
 def test_warnings_stand_at_the_foot_of_the_figure(slice_15):

@@ -6,17 +6,16 @@ import numpy as np
 import pytest
 from matplotlib.legend import Legend
 
-from rodatlas.atlas import LociSettings
+from rodatlas.paper.model import band_loci
 from rodatlas.plot import draw_loci, draw_loci_figure
-from rodatlas.plot.heading import ANGLE_LABEL, SHEAR_LABEL
 from rodatlas.plot.loci import LINES
 from rodatlas.plot.style import new_figure
 
 
 def piece(number, kind, left, right, curve, events=()):
     angles = np.linspace(0.0, 60.0, 15)
-    points = [{"psi0": np.radians(a), "dD": left + (right - left) * a / 60.0} for a in angles]
-    return SimpleNamespace(number=number, kind=kind, points=points, curve=curve, events=events)
+    places = np.column_stack([angles, left + (right - left) * angles / 60.0, 0.0 * angles])
+    return SimpleNamespace(number=number, kind=kind, places=places, curve=curve, events=events)
 
 
 @pytest.fixture(scope="module")
@@ -25,14 +24,14 @@ def loci():
     turn = SimpleNamespace(kind="criticality", parameter="psi0")
     lowest = SimpleNamespace(kind="extremum", parameter="dD")
     events = (
-        SimpleNamespace(event=turn, angle_deg=30.0, shear=0.325),
-        SimpleNamespace(event=lowest, angle_deg=45.0, shear=0.34),
+        SimpleNamespace(event=turn, second=30.0, value=0.325),
+        SimpleNamespace(event=lowest, second=45.0, value=0.34),
     )
     pieces = (
         piece(4, "pitchfork", 0.3, 0.35, 0, events), piece(12, "fold", 0.5, 0.45, 1),
         piece(None, "fold", 0.6, 0.7, 1), piece(3, "pitchfork", 0.1, 0.1, 2),
     )  # fmt: skip
-    return SimpleNamespace(settings=LociSettings(compression=0.45, poisson=0.3), pieces=pieces)
+    return SimpleNamespace(settings=band_loci(compression=0.45, poisson=0.3), pieces=pieces)
 
 
 def meanings(ax):
@@ -42,7 +41,8 @@ def meanings(ax):
 def test_the_setting_units_and_meanings_are_told(loci):
     ax = draw_loci(loci, (4, 12))
     assert ax.get_title("left") == r"$\Delta L=0.45\,L$,  $\nu=0.3$"
-    assert (ax.get_xlabel(), ax.get_ylabel()) == (ANGLE_LABEL, SHEAR_LABEL)
+    assert ax.get_xlabel() == r"clamp angle $\psi_0$  (degrees)"
+    assert ax.get_ylabel() == r"shear $\Delta D$  (units of $L$)"
     assert meanings(ax) == {"fold", "pitchfork", "rest of the curve", "super-/subcritical"}
     assert {t.get_text() for t in ax.texts if t.get_text()} == {"4", "12"}
 
@@ -61,7 +61,7 @@ def test_numbers_stand_on_their_curves(loci):
     for label in (t for t in ax.texts if t.get_text()):
         on = next(p for p in loci.pieces if str(p.number) == label.get_text())
         angle, shear = label.get_position()
-        expected = np.interp(angle, [np.degrees(p["psi0"]) for p in on.points], [p["dD"] for p in on.points])
+        expected = np.interp(angle, on.places[:, 0], on.places[:, 1])
         assert shear == pytest.approx(expected, abs=1e-3)
         assert label.get_color() == LINES[on.kind]["color"]
 

@@ -5,6 +5,7 @@ import pytest
 
 from rodatlas.atlas.experiments.comparison import compare
 from rodatlas.atlas.experiments.measured import Measurement
+from rodatlas.paper.names.yu_hanna import COLORS
 from rodatlas.plot.overlay import draw_overlay
 from rodatlas.plot.style import color_of
 from rodatlas.rods import limiting_shear
@@ -29,9 +30,9 @@ def figure(slice_15):
 def test_ranges_have_their_shears_and_the_color_of_their_state(figure, slice_15):
     top, low = figure.axes[:2]
     drawn = {line.get_color(): line.get_xydata() for line in lines(top, "measured")}
-    assert set(drawn) == {color_of(name) for name in ("U", "w", "WS+-")}
+    assert set(drawn) == {color_of(name, COLORS) for name in ("U", "w", "WS+-")}
     for row, name in zip(ROWS, ("U", "w", "WS+-"), strict=False):
-        x = drawn[color_of(name)][:, 0]
+        x = drawn[color_of(name, COLORS)][:, 0]
         assert (x.min(), x.max()) == pytest.approx((row.low, row.high), abs=1e-9)
         assert (np.diff(x) >= 0).all()
     assert len(lines(low, "measured bar")) == len(ROWS)
@@ -41,7 +42,7 @@ def test_ranges_have_their_shears_and_the_color_of_their_state(figure, slice_15)
 
 def test_ranges_lie_just_below_their_curves(figure, slice_15):
     top = figure.axes[0]
-    u = next(line for line in lines(top, "measured") if line.get_color() == color_of("U")).get_xydata()
+    u = next(line for line in lines(top, "measured") if line.get_color() == color_of("U", COLORS)).get_xydata()
     heights = {s["dD"]: s["height"] for s in slice_15.state("U", 0.1).solutions}
     curve = np.interp(u[:, 0], sorted(heights), [heights[x] for x in sorted(heights)])
     assert (u[:, 1] < curve).all()

@@ -5,16 +5,18 @@ import pytest
 from matplotlib.legend import Legend
 from matplotlib.text import Text
 
-from rodatlas.atlas import PhaseDiagram, PhaseSettings
+from rodatlas.atlas import PhaseDiagram
 from rodatlas.atlas.loci.events import PlaneEvent
 from rodatlas.atlas.phase.arrangement import chords, cut_plane
 from rodatlas.atlas.phase.lines import Line
 from rodatlas.atlas.phase.regions import Face
 from rodatlas.atlas.phase.result import Interval
+from rodatlas.paper.model import band_phase
+from rodatlas.paper.phase import CLOSE_UPS, PANELS, close_ups_of
 from rodatlas.plot import draw_phase, draw_phase_figure, draw_phase_states, draw_region, save_figure
-from rodatlas.plot.heading import ANGLE_LABEL, SHEAR_LABEL
-from rodatlas.plot.phase import CLOSE_UPS, count_colors
+from rodatlas.plot.phase import count_colors
 
+ANGLE_LABEL, SHEAR_LABEL = r"clamp angle $\psi_0$  (degrees)", r"shear $\Delta D$  (units of $L$)"
 SETTING = r"$\Delta L=0.5\,L$,  $\nu=0.25$"
 
 
@@ -26,19 +28,19 @@ def straight(label, kind, left, right, end=80.0):
 @pytest.fixture(scope="module")
 def diagram():
     """U below a pitchfork, a pair above it, w between two folds that fan out; a short line; S+- on the left edge."""
-    settings = PhaseSettings()
+    settings = band_phase()
     lines = (
         straight("4", "pitchfork", 0.3, 0.35), straight("7", "fold", 0.5, 0.52), straight("6", "fold", 0.5, 0.6),
         straight("18", "fold", 0.2, 0.201, 0.7), straight("4'", "fold", 0.1, 0.12),
     )  # fmt: skip
     faces = []
-    for rings in cut_plane(lines, settings.frame):
+    for rings in cut_plane(lines, settings):
         ((low, high),) = chords(rings, 40.0)
         shear = 0.5 * (low + high)
         states = ("U",) if shear < 0.325 else ("US+-", "w") if 0.51 < shear < 0.55 else ("US+-",)
         faces.append(Face(rings, states, ((40.0, shear),)))
     event = PlaneEvent("cusp", "", 0.0, 0.5, 0.1, ("7", "6"), (), True, "converged", True, "two folds meet", "born")
-    return PhaseDiagram(settings, lines, tuple(faces), (Interval("S+-", 0.53, 0.8),), (event,), (0.0, 15.0))
+    return PhaseDiagram(settings, lines, tuple(faces), (Interval(0.0, "S+-", 0.53, 0.8),), (event,), (0.0, 15.0))
 
 
 def boxes(ax, texts):
@@ -77,15 +79,17 @@ def test_shades_tell_the_number_of_stable_states(diagram):
 
 
 def test_close_ups_are_drawn_where_the_diagram_has_them(diagram):
-    assert len(draw_phase_figure(diagram).axes) == 1 + len(CLOSE_UPS)
-    part = PhaseDiagram(PhaseSettings(angle_min=5.0, angle_max=20.0), diagram.lines, diagram.faces, (), (), ())
-    assert len(draw_phase_figure(part).axes) == 1
-    first = draw_phase_figure(diagram).axes[1]
-    assert (*first.get_xlim(), *first.get_ylim()) == CLOSE_UPS[0][0]
+    assert len(draw_phase_figure(diagram, CLOSE_UPS).axes) == 1 + len(CLOSE_UPS)
+    assert close_ups_of(diagram.settings) == CLOSE_UPS
+    assert close_ups_of(band_phase(0.4)) == ()
+    part = PhaseDiagram(band_phase(angle_min=5.0, angle_max=20.0), diagram.lines, diagram.faces, (), (), ())
+    assert len(draw_phase_figure(part, CLOSE_UPS).axes) == 1
+    first = draw_phase_figure(diagram, CLOSE_UPS).axes[1]
+    assert (*first.get_xlim(), *first.get_ylim()) == CLOSE_UPS[0].window
 
 
 def test_one_panel_for_each_state(diagram):
-    fig = draw_phase_states(diagram)
+    fig = draw_phase_states(diagram, PANELS)
     names = [next(t.get_text() for t in ax.texts if t.get_text() in ("U", "w", "US±", "S±")) for ax in fig.axes]
     assert names == ["U", "w", "US±", "S±"]
 
@@ -116,7 +120,7 @@ def test_settings_units_and_meanings_are_told(diagram):
     (legend,) = figure.legends
     told = {t.get_text() for t in legend.get_texts()}
     assert told == {"stable", "ends at a fold", "ends at a pitchfork", "other loci"}
-    for ax in [*draw_phase_figure(diagram).axes[1:], figure.axes[0]]:
+    for ax in [*draw_phase_figure(diagram, CLOSE_UPS).axes[1:], figure.axes[0]]:
         assert "degrees" in ax.get_xlabel()
     assert "units of $L$" in figure.axes[0].get_ylabel()
 

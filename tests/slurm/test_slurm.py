@@ -11,11 +11,12 @@ from pathlib import Path
 
 import pytest
 
-from rodatlas.atlas import Slice, SliceSettings, compute_slice
+from rodatlas.atlas import Slice, compute_slice
 from rodatlas.atlas.study import Study, run_study
 from rodatlas.atlas.study.cluster_settings import ClusterSettings
+from rodatlas.paper.model import band_slice
 
-NEAR = SliceSettings(15.0, shear_max=0.02, shear_min=0.0, tolerance=1e-6, search=0)
+NEAR = band_slice(15.0, shear_max=0.02, shear_min=0.0, tolerance=1e-6, search=0)
 
 
 def why_not():

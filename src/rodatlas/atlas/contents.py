@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 from rodatlas.atlas.loci.result import Loci
 from rodatlas.atlas.open import Result
-from rodatlas.atlas.slices.coexisting import coexisting_states, richest_shear
+from rodatlas.atlas.slices.coexisting import coexisting_states, richest_value
 from rodatlas.atlas.slices.pick import pick_state
 from rodatlas.atlas.slices.result import Slice
 from rodatlas.continuation import Solution
@@ -125,13 +125,14 @@ def tables_of(result: Result | StatesTable, samples: int) -> tuple[dict[str, pd.
     return {"": result.to_frame()}, [UNITS]
 
 
-def shapes_of(result: Result | StatesTable, state: str = "", shear: float | None = None) -> dict[str, Solution]:
+def shapes_of(result: Result | StatesTable, state: str = "", place: float | None = None) -> dict[str, Solution]:
     """Shapes of rods by name, '' for that of a solution.
 
     Parameters
     ----------
     state : name of one of the states; all when empty.
-    shear : of a slice, where its states are wanted; that at which the most coexist by default.
+    place : of a slice, the value of what varies at which its states are wanted; by default one at which the most
+        coexist.
 
     Raises
     ------
@@ -139,13 +140,16 @@ def shapes_of(result: Result | StatesTable, state: str = "", shear: float | None
         when there is no such state or shape.
     """
     if isinstance(result, Slice):
+        along, model = result.settings.along, result.settings.model
+        if model.ribbon is None:
+            raise ValueError(f"file: expected states that have a shape, got those of the model {model.name}")
         if state:
-            if shear is None:
-                raise ValueError(f"shear: expected the shear at which {state} is wanted, got none")
-            return {state: pick_state(result, state, shear)}
-        return coexisting_states(result, richest_shear(result.states) if shear is None else shear)
-    if shear is not None:
-        raise ValueError(f"shear: expected a shear only for the states of a slice, got {shear:g} with {result!r}")
+            if place is None:
+                raise ValueError(f"{along}: expected the {along} at which {state} is wanted, got none")
+            return {state: pick_state(result, state, place)}
+        return coexisting_states(result, richest_value(result.states) if place is None else place)
+    if place is not None:
+        raise ValueError(f"at: expected a value only for the states of a slice, got {place:g} with {result!r}")
     if isinstance(result, Discovery | StatesTable):
         return _of_states(result, state)
     if state:

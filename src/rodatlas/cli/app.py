@@ -33,9 +33,23 @@ app = typer.Typer(
 )
 command = partial(app.command, cls=Command, context_settings=CONTEXT)
 
-Angle = Annotated[str, option("--angle", kind="DEGREES", help="Clamp angle psi0, 0 <= angle < 90.")]
+Angle = Annotated[
+    str | None, option("--angle", kind="DEGREES", help="Clamp angle psi0, 0 <= angle < 90.", default="none")
+]
 Shear = Annotated[str, option("--shear", kind="NUMBER", help="Shear dD.")]
-Compression = Annotated[str, option(kind="NUMBER", help="dL, between 0 and 1; the ends are 1 - dL apart along x.")]
+COMPRESSION = "dL, between 0 and 1; the ends are 1 - dL apart along x."
+POISSON = "Poisson's ratio of the band, -1 < nu <= 0.5."
+Compression = Annotated[str, option(kind="NUMBER", help=COMPRESSION)]
+FixedCompression = Annotated[str | None, option("--compression", kind="NUMBER", help=COMPRESSION, default="0.5")]
+FixedPoisson = Annotated[str | None, option("--poisson", kind="NUMBER", help=POISSON, default="0.25")]
+Poisson = Annotated[str, option(kind="NUMBER", help=POISSON)]
+PlaneAngle = Annotated[
+    str | None, option("--angle", kind="DEGREES", help="Clamp angle psi0 of another plane.", default="it varies")
+]
+PlaneShear = Annotated[str | None, option("--shear", kind="NUMBER", help="Shear dD of another plane.", default="0")]
+In = Annotated[
+    str | None, option("--in", kind="NAME", help="Two controls such as compression,shear.", default="angle,shear")
+]
 AnyAngle = Annotated[
     str | None,
     option("--angle", kind="DEGREES", help="Clamp angle psi0, -180 to 180.", default="one for each clamp"),
@@ -51,11 +65,12 @@ AngleRight = Annotated[
         default="psi0",
     ),
 ]  # fmt: skip
-Offset = Annotated[str, option("--offset", kind="NUMBER", help="dY, by which the right clamp lies higher along y.")]
-Twist = Annotated[
-    str, option("--twist", kind="DEGREES", help="Turn of the right clamp about its tangent, -720 to 720.")
-]
-Poisson = Annotated[str, option(kind="NUMBER", help="Poisson's ratio of the band, -1 < nu <= 0.5.")]
+OFFSET = "dY, by which the right clamp lies higher along y."
+TWIST = "Turn of the right clamp about its tangent, -720 to 720."
+Offset = Annotated[str, option("--offset", kind="NUMBER", help=OFFSET)]
+Twist = Annotated[str, option("--twist", kind="DEGREES", help=TWIST)]
+FixedOffset = Annotated[str | None, option("--offset", kind="NUMBER", help=OFFSET, default="0")]
+FixedTwist = Annotated[str | None, option("--twist", kind="DEGREES", help=TWIST, default="0")]
 Tolerance = Annotated[
     str, option("--tol", kind="NUMBER", help="Largest error at mesh points, relative to each unknown, 1e-10 to 1e-6.")
 ]
@@ -88,9 +103,28 @@ def root(
 
 @command("slice")
 def slice_command(
-    angle: Angle,
-    compression: Compression = "0.5",
-    poisson: Poisson = "0.25",
+    angle: Angle = None,
+    compression: FixedCompression = None,
+    poisson: FixedPoisson = None,
+    shear: Annotated[
+        str | None, option(kind="NUMBER", help="Shear dD, where another control varies.", default="0")
+    ] = None,
+    angle_left: AngleLeft = None,
+    angle_right: AngleRight = None,
+    twist: FixedTwist = None,
+    offset: FixedOffset = None,
+    along: Annotated[
+        str | None, option(kind="NAME", help="Control that varies: compression, angle ..", default="shear")
+    ] = None,
+    low: Annotated[
+        str | None, option("--from", kind="NUMBER", help="Least value of what varies.", default="usual for it")
+    ] = None,
+    high: Annotated[
+        str | None, option("--to", kind="NUMBER", help="Largest value of what varies.", default="usual for it")
+    ] = None,
+    against: Annotated[
+        str | None, option(kind="NAME", help="Quantity that is shown: energy, force-x ..", default="height")
+    ] = None,
     shear_max: Annotated[
         str | None, option(kind="NUMBER", help="Largest shear dD.", default="0.9469 of the limiting shear")
     ] = None,
@@ -99,7 +133,7 @@ def slice_command(
     ] = None,
     search: Annotated[
         str,
-        option(kind="INTEGER", help="Starts of the search for isolated stable states at each of six shears; 0: none."),
+        option(kind="INTEGER", help="Starts of the search for isolated stable states at each of six places; 0: none."),
     ] = "256",
     tol: Tolerance = "1e-8",
     out: Out = "out",
@@ -114,11 +148,16 @@ def slice_command(
         option(kind="LxWxT", help="Band in mm behind --overlay, such as 240x3x0.127.", default="as the file says"),
     ] = None,
 ) -> None:
-    """Follow all equilibria at one clamp angle as the shear varies: table, figures and data."""
+    """Follow all equilibria at one setting as a control varies, the shear by default: table, figures and data."""
+    from rodatlas.cli.setting import Range
     from rodatlas.cli.slice import run
 
-    setting = (angle, compression, poisson, tol, shear_max, shear_min, search)
-    run(setting, out, json_target(json_to, overwrite), fresh, overlay, band)
+    fixed = {
+        "angle": angle, "compression": compression, "poisson": poisson, "shear": shear, "angle-left": angle_left,
+        "angle-right": angle_right, "twist": twist, "offset": offset,
+    }  # fmt: skip
+    where = Range(along, low, high, against, shear_max, shear_min)
+    run(fixed, where, tol, search, out, json_target(json_to, overwrite), fresh, overlay, band)
 
 
 @command("loci")
@@ -128,31 +167,53 @@ def loci_command(
         option("--number", kind="INTEGER", help="Number of a bifurcation, 0 to 18; may be repeated.", default="all"),
     ] = None,
     everything: Annotated[bool, flag("--all", help="All that have numbers, the default.")] = False,
+    where: In = None,
     angle_max: Annotated[
-        str, option("--angle-max", kind="DEGREES", help="Largest clamp angle, 15 to below 90.")
-    ] = "80",
-    compression: Compression = "0.5",
-    poisson: Poisson = "0.25",
+        str | None, option("--angle-max", kind="DEGREES", help="Largest clamp angle, 15 to below 90.", default="80")
+    ] = None,
+    angle: PlaneAngle = None,
+    shear: PlaneShear = None,
+    compression: FixedCompression = None,
+    poisson: FixedPoisson = None,
+    angle_left: AngleLeft = None,
+    angle_right: AngleRight = None,
+    twist: FixedTwist = None,
+    offset: FixedOffset = None,
     tol: Tolerance = "1e-8",
     out: Out = "out",
     fresh: Fresh = False,
     json_to: Json = None,
     overwrite: Overwrite = False,
 ) -> None:
-    """Follow numbered bifurcations in clamp angle and shear: special points, figure and data."""
+    """Follow numbered bifurcations in two controls, clamp angle and shear by default: special points, figure, data."""
     from rodatlas.cli.loci import run
 
     if everything and number:
         raise ValueError("all: expected no --number beside --all, got one")
-    run(number or [], angle_max, compression, poisson, tol, out, json_target(json_to, overwrite), fresh)
+    fixed = {
+        "angle": angle, "compression": compression, "poisson": poisson, "shear": shear, "angle-left": angle_left,
+        "angle-right": angle_right, "twist": twist, "offset": offset,
+    }  # fmt: skip
+    run(number or [], fixed, where, angle_max, tol, out, json_target(json_to, overwrite), fresh)
 
 
 @command("phase")
 def phase_command(
-    angle_min: Annotated[str, option("--angle-min", kind="DEGREES", help="Smallest clamp angle, 0 to 89.")] = "0",
-    angle_max: Annotated[str, option("--angle-max", kind="DEGREES", help="Largest clamp angle, below 90.")] = "80",
-    compression: Compression = "0.5",
-    poisson: Poisson = "0.25",
+    where: In = None,
+    angle_min: Annotated[
+        str | None, option("--angle-min", kind="DEGREES", help="Smallest clamp angle, 0 to 89.", default="0")
+    ] = None,
+    angle_max: Annotated[
+        str | None, option("--angle-max", kind="DEGREES", help="Largest clamp angle, below 90.", default="80")
+    ] = None,
+    angle: PlaneAngle = None,
+    shear: PlaneShear = None,
+    compression: FixedCompression = None,
+    poisson: FixedPoisson = None,
+    angle_left: AngleLeft = None,
+    angle_right: AngleRight = None,
+    twist: FixedTwist = None,
+    offset: FixedOffset = None,
     tol: Tolerance = "1e-8",
     workers: Annotated[str, option(kind="INTEGER", help="Number of processes that compute slices.")] = "2",
     out: Out = "out",
@@ -160,25 +221,33 @@ def phase_command(
     json_to: Json = None,
     overwrite: Overwrite = False,
 ) -> None:
-    """Map the plane of clamp angle and shear: loci, regions of stability of every state, events."""
+    """Map the plane of two controls, clamp angle and shear by default: loci, regions of stability, events."""
     from rodatlas.cli.phase import run
 
-    run(angle_min, angle_max, compression, poisson, tol, workers, out, json_target(json_to, overwrite), fresh)
+    fixed = {
+        "angle": angle, "compression": compression, "poisson": poisson, "shear": shear, "angle-left": angle_left,
+        "angle-right": angle_right, "twist": twist, "offset": offset,
+    }  # fmt: skip
+    run(fixed, where, angle_min, angle_max, tol, workers, out, json_target(json_to, overwrite), fresh)
 
 
 @command("solve")
 def solve_command(
-    angle: Angle,
     shear: Shear,
     state: Annotated[
         str,
         option(kind="NAME", help="Name: U, W, w, uUu, uUui; of a pair US+, US-, TU+ ..; of several W:1, W:2."),
     ],
+    angle: Angle = None,
     out: Annotated[
         str | None, option(kind="FILE", help="File for the solution, .h5 and .csv.", default="in out/, by its name")
     ] = None,
-    compression: Compression = "0.5",
-    poisson: Poisson = "0.25",
+    compression: FixedCompression = None,
+    poisson: FixedPoisson = None,
+    angle_left: AngleLeft = None,
+    angle_right: AngleRight = None,
+    twist: FixedTwist = None,
+    offset: FixedOffset = None,
     tol: Tolerance = "1e-8",
     folder: Annotated[
         str | None, option("--from", kind="FOLDER", help="Folder of a slice to use.", default="out, if it has one")
@@ -188,7 +257,11 @@ def solve_command(
     """Compute one named stable state and print its observables."""
     from rodatlas.cli.solve import run
 
-    run(angle, shear, state, out, compression, poisson, tol, folder, overwrite)
+    fixed = {
+        "angle": angle, "compression": compression, "poisson": poisson, "angle-left": angle_left,
+        "angle-right": angle_right, "twist": twist, "offset": offset,
+    }  # fmt: skip
+    run(fixed, shear, state, out, tol, folder, overwrite)
 
 
 @command("states")
@@ -315,11 +388,14 @@ def export_command(
         ),
     ] = None,
     state: Annotated[
-        str | None, option(kind="NAME", help="One state: of a slice, with --shear.", default="all")
+        str | None, option(kind="NAME", help="One state: of a slice, with --at.", default="all")
     ] = None,
-    shear: Annotated[
+    at: Annotated[
         str | None,
-        option(kind="NUMBER", help="Shear at which shapes of a slice are wanted.", default="where most states coexist"),
+        option(
+            "--at", kind="NUMBER", help="Value of what varies at which shapes of a slice are wanted.",
+            default="where most states coexist",
+        ),
     ] = None,
     samples: Annotated[
         str, option(kind="INTEGER", help="Cross-sections of shapes, rows of the table of a state; 3 to 100000.")
@@ -329,7 +405,7 @@ def export_command(
     """Write tables (CSV) or shapes (VTP, GLB, STL) of a result for other programs."""
     from rodatlas.cli.export import run
 
-    run(file, form, out, width, band, state, shear, samples, "samples" in given(context), overwrite)
+    run(file, form, out, width, band, state, at, samples, "samples" in given(context), overwrite)
 
 
 @command("study")

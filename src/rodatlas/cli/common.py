@@ -8,12 +8,11 @@ from typing import TYPE_CHECKING
 from rodatlas.cli.progress import progress_bar
 
 if TYPE_CHECKING:
-    from rodatlas.atlas.slices.settings import SliceSettings
     from rodatlas.rods.ends import Ends
 
 __all__ = [
     "DEFLATIONS", "SAMPLES", "SEARCHES", "STARTS", "WORKERS", "ends_from", "note", "number", "progress_bar",
-    "settings_from", "shown", "whole_number",
+    "shown", "whole_number",
 ]  # fmt: skip
 
 # Ranges of whole numbers, against slips of the keyboard that would take the machine down.
@@ -71,22 +70,6 @@ def ends_from(
     if angle is not None:
         return Ends(number("angle", angle), **others)
     return Ends.unequal(*(number(name, str(text)) for name, text in both.items()), **others)
-
-
-def settings_from(
-    angle: str, compression: str, poisson: str, tol: str, shear_max: str | None = None, shear_min: str | None = None,
-    search: str = "256",
-) -> SliceSettings:  # fmt: skip
-    """Settings of a slice from the texts that the user typed; None stands for the default."""
-    from rodatlas.atlas.slices.settings import SliceSettings
-
-    ends = (("shear-max", shear_max), ("shear-min", shear_min))
-    high, low = (None if text is None else number(field, text) for field, text in ends)
-    return SliceSettings(
-        number("angle", angle), number("compression", compression), number("poisson", poisson),
-        high, low,  # type: ignore[arg-type]
-        number("tol", tol), whole_number("search", search, SEARCHES),
-    )  # fmt: skip
 
 
 def whole_number(field: str, text: str, bounds: tuple[int, int] | None = None) -> int:

@@ -20,6 +20,7 @@ if TYPE_CHECKING:
     from rodatlas.atlas.open import Result
     from rodatlas.continuation import Solution
 
+MOST = 1e6  # size of a value of what varies: a slip of the keyboard
 FORMATS = ("csv", "vtp", "glb", "stl")
 
 
@@ -34,7 +35,7 @@ class Size:
 
 
 def run(
-    file: str, form: str | None, out: str, width: str | None, band: str | None, state: str | None, shear: str | None,
+    file: str, form: str | None, out: str, width: str | None, band: str | None, state: str | None, at: str | None,
     samples: str, sampled: bool, overwrite: bool,
 ) -> None:  # fmt: skip
     """The command; texts come as typed and are checked here.
@@ -48,7 +49,7 @@ def run(
     wanted = _format(form, out)
     target = path if path.suffix.lower() == f".{wanted}" else path.with_name(f"{path.name}.{wanted}")
     size, count = _size(width, band, wanted), whole_number("samples", samples, SAMPLES)
-    place = number("shear", shear, -1.0, 1.0) if shear is not None else None
+    place = number("at", at, -MOST, MOST) if at is not None else None
     if state is not None and not state.strip():
         raise ValueError(f"state: expected a name, got '{state}'")
     from rodatlas.atlas.contents import read_states_table
@@ -61,7 +62,8 @@ def run(
             written = place_files(target, lambda at: _written(frames, comments, at, size), overwrite)
         else:
             shapes = _solutions(found, state or "", place)
-            written = place_files(target, lambda at: _shapes(shapes, wanted, at, size, count), overwrite)
+            colors = _colors(found)
+            written = place_files(target, lambda at: _shapes(shapes, colors, wanted, at, size, count), overwrite)
     Console().print("wrote " + ", ".join(map(str, written)), highlight=False, soft_wrap=True, markup=False)
 
 
@@ -102,7 +104,7 @@ def _tables(
     if state:
         (found,) = shapes_of(found, state, place).values()
     elif place is not None:
-        raise ValueError("shear: expected --state beside --shear for a table, got none")
+        raise ValueError("at: expected --state beside --at for a table, got none")
     if sampled and not isinstance(found, Solution):
         raise ValueError(f"samples: expected --samples only for the table of one state, got {samples} with {found!r}")
     return tables_of(found, samples)
@@ -127,22 +129,33 @@ def _solutions(found: Result | StatesTable, state: str, place: float | None) -> 
 
     shapes = shapes_of(found, state, place)
     if isinstance(found, Slice) and not state and place is None:
-        shear = next(iter(shapes.values()))["dD"]
-        note(f"shear {shear:g}, where most stable states coexist (--shear chooses another)")
+        value = found.settings.value(next(iter(shapes.values())))
+        note(f"{found.settings.along} {value:g}, where most stable states coexist (--at chooses another)")
     return shapes
 
 
-def _shapes(solutions: Mapping[str, Solution], wanted: str, target: Path, size: Size, samples: int) -> list[Path]:
+def _colors(found: Result | StatesTable) -> Mapping[str, str]:
+    """Colors of shapes by name: as in the figures of a slice, or of the search for states of a band."""
+    from rodatlas.atlas import Slice
+    from rodatlas.paper.names.yu_hanna import COLORS
+    from rodatlas.plot.style import colors_of
+
+    return colors_of(found) if isinstance(found, Slice) else COLORS
+
+
+def _shapes(
+    solutions: Mapping[str, Solution], colors: Mapping[str, str], wanted: str, target: Path, size: Size, samples: int
+) -> list[Path]:
     """Write shapes: all into one scene of GLB, one file for each of other formats."""
+    from rodatlas.plot import color_of
     from rodatlas.plot.exports import box, point_fields, sheet, write_glb, write_stl, write_vtp
-    from rodatlas.plot.style import color_of
     from rodatlas.plot.surface import band_surface
 
     surfaces = {name: band_surface(s, size.width, samples) for name, s in solutions.items()}
     if wanted == "glb":
         meshes = {}
         for name, surface in surfaces.items():
-            digits = color_of(name or None).lstrip("#")
+            digits = color_of(name or None, colors).lstrip("#")
             red, green, blue = (int(digits[i : i + 2], 16) / 255 for i in (0, 2, 4))
             meshes[name or "band"] = (sheet(surface, size.length), (red, green, blue))
         return [write_glb(target, meshes, 1e-3 if size.unit == "mm" else 1.0)]

@@ -30,12 +30,14 @@ def read_overlay(path: str | None, band: str | None, settings: SliceSettings) ->
         if band is not None:
             raise ValueError(f"band: expected --band only with --overlay, which it is for, got '{shown(band)}' alone")
         return ()
-    from rodatlas.atlas.experiments.comparison import converted
+    from rodatlas.atlas.experiments.comparison import check_along_shear, converted
     from rodatlas.atlas.experiments.measured import read_measurements
     from rodatlas.rods.band import Band
 
-    measured = read_measurements(path, Band.from_text(band, settings.poisson) if band is not None else None)
-    converted(measured, settings.compression)
+    check_along_shear(settings)
+    fixed = settings.setting
+    measured = read_measurements(path, Band.from_text(band, fixed["poisson"]) if band is not None else None)
+    converted(measured, fixed["compression"])
     return measured
 
 

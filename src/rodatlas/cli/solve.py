@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -12,12 +11,11 @@ from rich.console import Console
 from rich.table import Table
 
 from rodatlas import __version__
-from rodatlas.cli.common import note, number, progress_bar, settings_from, shown
+from rodatlas.cli.common import note, number, progress_bar, shown
 from rodatlas.cli.output import KEPT, Identity, file_target
+from rodatlas.cli.setting import Texts, slice_settings_from
 from rodatlas.cli.tables import say_table
 from rodatlas.files import claimed, exact
-from rodatlas.rods.band import near_limit
-from rodatlas.rods.ends import Ends
 from rodatlas.states.labels import in_file_name, parse_label
 
 if TYPE_CHECKING:
@@ -26,50 +24,48 @@ if TYPE_CHECKING:
 
 
 def run(
-    angle: str, shear: str, state: str, out: str | None, compression: str, poisson: str, tol: str, folder: str | None,
-    overwrite: bool,
-) -> None:  # fmt: skip
+    fixed: Texts, shear: str, state: str, out: str | None, tol: str, folder: str | None, overwrite: bool
+) -> None:
     """The command; texts come as typed and are checked here.
 
     Parameters
     ----------
+    fixed : values of the other controls, see :func:`rodatlas.cli.setting.slice_settings_from`.
     overwrite : whether a file that holds something else may be replaced.
     """
     value = number("shear", shear)
-    settings = settings_from(angle, compression, poisson, tol)
-    Ends(settings.angle_deg, settings.compression, value)
+    settings = slice_settings_from(fixed, tol)
+    at = settings.whole_setting(value)
     from rodatlas.atlas.slices.reach import reach
 
-    label = parse_label(state).label
+    known = settings.model.nomenclature
+    label = parse_label(state, known.names).label if known is not None and settings.named else state
     if folder is not None and not _has_slice(folder):
         raise ValueError(f"from: expected a folder with a slice, got '{shown(folder)}'")
     identity = {
-        "rodatlas": __version__, "state": label, "angle_deg": settings.angle_deg, "shear": value,
-        "compression": settings.compression, "poisson": settings.poisson, "tolerance": settings.tolerance,
+        "rodatlas": __version__, "state": label, **settings.model.setting_json(at), "tolerance": settings.tolerance,
     }  # fmt: skip
     path = file_target(f"out/{_stem(label, value, settings)}.h5" if out is None else out)
     path = path if path.suffix == ".h5" else path.with_name(f"{path.name}.h5")
     if not overwrite:
         _expect(path, identity)
-    with progress_bar(f"{label} at {settings.angle_deg:g} deg, shear {value:g}") as report:
+    with progress_bar(f"{label} at {settings.place_text}, shear {value:g}") as report:
         solution, source = reach(settings, state, value, progress=report, folder=Path(folder or "out"))
     if folder is not None and source != "stored slice":
         note(f"{folder} has no slice of these settings with the state; it comes from a {source}")
     table = _write(path, solution, identity, overwrite)
     console = Console()
     say_table(console, _table(label, solution, source))
-    if near := near_limit(value, settings.compression):
-        console.print(f"warning: {near}", style="yellow", markup=False, soft_wrap=True)
+    if settings.control.care is not None and (care := settings.control.care(value, settings.setting)):
+        console.print(f"warning: {care}", style="yellow", markup=False, soft_wrap=True)
     console.print(f"wrote {path} and {table}", highlight=False, soft_wrap=True)
 
 
-def _stem(label: str, shear: float, settings: SliceSettings) -> str:
-    """Name of the files of a state, other for all other settings."""
-    from rodatlas.atlas.slices.obtain import stem_of
-
-    of_slice = replace(settings, angle_deg=0.0)
-    other = stem_of(of_slice).removeprefix("slice-0")
-    return f"{in_file_name(label)}-{exact(settings.angle_deg)}-dD{exact(shear)}{other}"
+def _stem(label: str, value: float, settings: SliceSettings) -> str:
+    """Name of the files of a state, other for all other settings: 'US+-15-dD0.5-dL0.4'."""
+    first = settings.model.stem_parts(settings.setting)[0]
+    other = settings.stem.removeprefix(f"slice-{first}")
+    return f"{in_file_name(label)}-{first}-{settings.control.in_files}{exact(value)}{other}"
 
 
 def _expect(path: Path, identity: Identity) -> None:

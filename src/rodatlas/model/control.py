@@ -41,6 +41,7 @@ class Control:
     symbol : in formulas, TeX without dollars.
     default : value where none is given.
     unit : 'deg', or '' for what has none.
+    of : what the value is a multiple of, TeX without dollars: 'L'; it stands in figures only.
     scale, origin, added : see the formula; `added` are names of parameters.
     limits : what can be computed, at the values of the other controls.
     usual : the range that is followed where none is given, at those values; None: it has to be given.
@@ -56,6 +57,7 @@ class Control:
     symbol: str
     default: float
     unit: str = ""
+    of: str = ""
     scale: float = 1.0
     origin: float = 0.0
     added: tuple[str, ...] = ()
@@ -83,8 +85,19 @@ class Control:
 
     @property
     def label(self) -> str:
-        """Of an axis."""
-        return f"{self.what or self.name} ${self.symbol}${f' [{self.unit}]' if self.unit else ''}"
+        """Of an axis: 'clamp angle $\\psi_0$  (degrees)'."""
+        return f"{self.what or self.name} {self.short_label}"
+
+    @property
+    def short_label(self) -> str:
+        """Of a small axis: '$\\psi_0$  (degrees)'."""
+        unit = "degrees" if self.unit == DEGREES else f"units of ${self.of}$" if self.of else self.unit
+        return f"${self.symbol}${f'  ({unit})' if unit else ''}"
+
+    def equation(self, value: float, digits: int = 6) -> str:
+        """The symbol and a value, in TeX without dollars: '\\psi_0=15^\\circ'."""
+        unit = r"^\circ" if self.unit == DEGREES else rf"\,{self.of}" if self.of else self.unit
+        return f"{self.symbol}={round(value, 9) + 0.0:.{digits}g}{unit}"
 
     def value(self, parameters: Mapping[str, float]) -> float:
         """The user's value at parameters of the problem."""

@@ -8,6 +8,14 @@ from typing import Any, NamedTuple, Protocol
 
 from rodatlas.continuation import Solution
 
+# Any two differ by at least 24 CIE Lab units, also as seen with protanopia and deuteranopia (Machado, Oliveira &
+# Fernandes 2009), and stand out from white by at least 2.8 to 1.
+PALETTE = (
+    "#031C97", "#237EEB", "#09AF6B", "#D68A00", "#860228", "#C684C4", "#3B2658", "#8F48A0", "#7E6000", "#7133FE",
+    "#4F7770",
+)  # fmt: skip
+"""Colors of states, in the order in which they are given away."""
+
 
 class Part(NamedTuple):
     """A named part of a stable segment: its name, and its first and last position in the segment's solutions."""

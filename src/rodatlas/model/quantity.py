@@ -38,9 +38,16 @@ class Quantity:
                    conjugate)  # fmt: skip
 
     @property
+    def conjugate_text(self) -> str:
+        """What a diagram of it against its conjugate control tells, in words."""
+        return f"the area under a curve is work: along a branch {self.name} = dE/d({self.conjugate})"
+
+    @property
     def label(self) -> str:
-        """Of an axis."""
-        return f"{self.what or self.name} ${self.symbol}${f' [${self.unit}$]' if self.unit else ''}"
+        """Of an axis: 'energy $E$  ($GJ/L$)'."""
+        unit = f"units of ${self.unit}$" if self.unit.isalpha() else f"${self.unit}$"
+        what = self.what or ("" if self.symbol == rf"\mathrm{{{self.name}}}" else self.name)
+        return f"{what} ${self.symbol}${f'  ({unit})' if self.unit else ''}".lstrip()
 
 
 @dataclass(frozen=True)

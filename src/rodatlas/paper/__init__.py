@@ -1,5 +1,6 @@
-"""Our version of each numerical figure of the paper, with its numbers beside the paper's.
+"""The paper as a guest: its band as settings (`band_slice`, `band_loci`, `band_phase`), its names, and its figures.
 
+Each numerical figure of the paper is drawn anew, with its numbers beside the paper's.
 The paper is T. Yu and J. A. Hanna, "Bifurcations of buckled, clamped anisotropic rods and thin bands under lateral
 end translations". Each figure has a module of its own with a function `draw(sources, **options)`, loaded when it is
 drawn.
@@ -14,8 +15,12 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from rodatlas.paper.drawn import Drawn
+    from rodatlas.paper.model import band, band_loci, band_phase, band_slice
     from rodatlas.paper.sources import Sources
 
+__all__ = [
+    "ENTRIES", "NOT_DRAWN", "PAPER", "Entry", "band", "band_loci", "band_phase", "band_slice", "chosen", "names",
+]  # fmt: skip
 PAPER = (
     'T. Yu and J. A. Hanna, "Bifurcations of buckled, clamped anisotropic rods and thin bands under lateral end '
     'translations"'
@@ -118,3 +123,13 @@ def chosen(wanted: Sequence[str]) -> list[Entry]:
         if name not in known:
             raise ValueError(f"figure: expected one of {', '.join(known)}, got '{name}'")
     return [known[name] for name in dict.fromkeys(wanted)] if wanted else list(ENTRIES)
+
+
+if not TYPE_CHECKING:
+
+    def __getattr__(name: str) -> object:
+        """Settings of the band, loaded when they are first asked for: a list of figures needs no solver."""
+        if name not in ("band", "band_loci", "band_phase", "band_slice"):
+            raise AttributeError(f"module '{__name__}' has no attribute '{name}'", name=name)
+        value = globals()[name] = getattr(import_module(f"{__name__}.model"), name)
+        return value

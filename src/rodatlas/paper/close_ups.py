@@ -38,7 +38,7 @@ def draw(sources: Sources, meetings: Sequence[Meeting], numbers: Sequence[int], 
 
     loci = sources.loci()
     events = [meeting(loci, kind, *labels) for kind, labels in meetings]
-    angles = angles_around([e.angle_deg for e in events], beyond)
+    angles = angles_around([e.second for e in events], beyond)
     shears, heights = window_of(loci, numbers, angles)
     closer = [numbered(close_up(s, (shears, heights)), loci) for s in sources.slices_at(angles)]
     panels = [Panel(s, shears, heights) for s in closer]
@@ -46,8 +46,8 @@ def draw(sources: Sources, meetings: Sequence[Meeting], numbers: Sequence[int], 
         f"The slice around shear {np.mean(shears):.3f} and height {np.mean(heights):.3f} at "
         f"{', '.join(f'{a:g}' for a in angles)} degrees: before, between and after what is listed."
     )
-    warnings = [f"{s.settings.angle_deg:g} deg: {w}" for s in closer for w in s.warnings]
-    return Drawn(draw_close_ups(panels), caption, tuple(number_of(e) for e in events), tuple(warnings))
+    warnings = [f"{s.settings.setting['angle']:g} deg: {w}" for s in closer for w in s.warnings]
+    return Drawn(draw_close_ups(panels, "angle"), caption, tuple(number_of(e) for e in events), tuple(warnings))
 
 
 def numbered(slice_: Slice, loci: Loci) -> Slice:
@@ -55,19 +55,19 @@ def numbered(slice_: Slice, loci: Loci) -> Slice:
 
     A slice tells numbers by the states that end; loci keep them where no state ends any more.
     """
-    angle = slice_.settings.angle_deg
+    angle = slice_.settings.setting["angle"]
     events = [e for b in slice_.branches for e in b.events]
     taken = {e.number for e in events}
     given: list[tuple[tuple[float, float], int]] = []
     for piece in loci.pieces:
-        low, high = piece.angles_deg
+        low, high = piece.span
         if piece.number is None or piece.number in taken or not low <= angle <= high:
             continue
         place = piece.at(angle)
         alike = [e for e in events if e.number is None and (e.kind == "fold") == (piece.kind == "fold")]
         nearest = min(alike, key=lambda e: _distance(e, place), default=None)
         if nearest is not None and _distance(nearest, place) < SAME:
-            given.append(((nearest.shear, nearest.height), piece.number))
+            given.append(((nearest.value, nearest.response), piece.number))
 
     def named(event: Event) -> Event:
         found = [number for place, number in given if _distance(event, place) < ONE]
@@ -78,7 +78,7 @@ def numbered(slice_: Slice, loci: Loci) -> Slice:
 
 
 def _distance(event: Event, place: tuple[float, float]) -> float:
-    return max(abs(event.shear - place[0]), abs(event.height - place[1]))
+    return max(abs(event.value - place[0]), abs(event.response - place[1]))
 
 
 def angles_around(events: Sequence[float], beyond: float = 1.0) -> list[float]:
@@ -101,7 +101,7 @@ def window_of(
     """Ranges of shear and height that hold the bifurcations of some numbers at some angles, with a margin."""
     places = []
     for piece in (p for p in loci.pieces if p.number in numbers):
-        low, high = piece.angles_deg
+        low, high = piece.span
         places += [piece.at(a) for a in angles if low <= a <= high]
     least, largest = np.min(places, axis=0), np.max(places, axis=0)
     margin = MARGIN * (largest - least)

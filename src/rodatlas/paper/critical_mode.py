@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from rodatlas.paper.drawn import Drawn, Number
+from rodatlas.paper.names.yu_hanna import COLORS
 
 if TYPE_CHECKING:
     from rodatlas.atlas import Loci
@@ -31,7 +32,8 @@ def draw(sources: Sources) -> Drawn:
         f"W without shear at {angle:.3f} degrees, where it loses stability, and the band moved along the critical "
         f"mode by {AMPLITUDE:g} L to both sides; displacement and rotation of the mode along the band."
     )
-    return Drawn(draw_mode(mode, AMPLITUDE), caption, numbers_of(angle, mode, planar), remarks_on(angle, mode, planar))
+    figure = draw_mode(mode, AMPLITUDE, "W", COLORS["W"])
+    return Drawn(figure, caption, numbers_of(angle, mode, planar), remarks_on(angle, mode, planar))
 
 
 def lost_at(loci: Loci) -> Solution:

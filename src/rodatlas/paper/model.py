@@ -100,7 +100,23 @@ def band_slice(
     >>> found = compute_slice(band_slice(15.0))
     """
     fixed = band().setting(poisson=poisson, compression=compression, angle=angle_deg)
-    limit, usual = shear_limits(fixed).high, usual_shears(fixed)
+    low, high = shear_range(fixed, shear_max, shear_min)
+    return SliceSettings.of(band(), low=low, high=high, tolerance=tolerance, search=search, poisson=poisson,
+                            compression=compression, angle=angle_deg)  # fmt: skip
+
+
+def shear_range(
+    setting: Setting, shear_max: float | None = None, shear_min: float | None = None
+) -> tuple[float, float]:  # fmt: skip
+    """Least and largest shear of a slice around zero, inside the limiting shear; the usual ones by default.
+
+    Raises
+    ------
+    ValueError
+        for an end on the wrong side of zero, or beyond the limiting shear.
+    """
+    compression = setting["compression"]
+    limit, usual = shear_limits(setting).high, usual_shears(setting)
     below, least = math.nextafter(limit, 0.0), LEAST_SHEAR_MAX * min(1.0, limit / math.sqrt(0.75))
     if shear_max is not None:
         check_number(
@@ -109,9 +125,7 @@ def band_slice(
         )  # fmt: skip
     if shear_min is not None:
         check_number("shear-min", shear_min, -below, 0.0, f"a number between -{limit:.6f} and 0 (included)")
-    low, high = (use if given is None else given for given, use in zip((shear_min, shear_max), usual, strict=True))
-    return SliceSettings.of(band(), low=low, high=high, tolerance=tolerance, search=search, poisson=poisson,
-                            compression=compression, angle=angle_deg)  # fmt: skip
+    return (usual[0] if shear_min is None else shear_min), (usual[1] if shear_max is None else shear_max)
 
 
 def band_loci(
@@ -124,8 +138,13 @@ def band_loci(
     compression, poisson, tolerance : as for :func:`band_slice`.
     angle_max : largest clamp angle in degrees; the smallest is zero.
     """
-    check_number("angle-max", angle_max, REFERENCE_ANGLE_DEG, 89.999999, "degrees with 15 <= angle-max < 90")
+    check_angle_max(angle_max)
     return LociSettings.of(band(), second_high=angle_max, compression=compression, poisson=poisson, tolerance=tolerance)
+
+
+def check_angle_max(angle_max: float) -> None:
+    """ValueError for a largest clamp angle of loci that the first slice, at 15 degrees, lies beyond."""
+    check_number("angle-max", angle_max, REFERENCE_ANGLE_DEG, 89.999999, "degrees with 15 <= angle-max < 90")
 
 
 def band_phase(
@@ -139,10 +158,19 @@ def band_phase(
     compression, poisson, tolerance : as for :func:`band_slice`.
     angle_min, angle_max : range of the clamp angle in degrees; loci are followed from 0 to 80 degrees at least.
     """
-    check_number("angle-min", angle_min, 0.0, 89.0, "degrees with 0 <= angle-min <= 89")
-    least = angle_min + 0.01
-    check_number("angle-max", angle_max, least, 89.999999, f"degrees with {least:g} <= angle-max < 90")
-    whole = PhaseSettings.of(
-        band(), second_high=max(angle_max, 80.0), compression=compression, poisson=poisson, tolerance=tolerance
-    )
-    return whole.window(angle_min, angle_max)
+    whole = PhaseSettings.of(band(), compression=compression, poisson=poisson, tolerance=tolerance)
+    return angle_window(whole, angle_min, angle_max)
+
+
+def angle_window(whole: PhaseSettings, angle_min: float | None, angle_max: float | None) -> PhaseSettings:
+    """A part of a plane of the clamp angle, or one that goes on to larger angles than the usual 80 degrees.
+
+    Parameters
+    ----------
+    whole : the plane over the usual angles. angle_min, angle_max : in degrees; None for those of the plane.
+    """
+    low = whole.second_low if angle_min is None else angle_min
+    check_number("angle-min", low, 0.0, 89.0, "degrees with 0 <= angle-min <= 89")
+    high, least = whole.second_high if angle_max is None else angle_max, low + 0.01
+    check_number("angle-max", high, least, 89.999999, f"degrees with {least:g} <= angle-max < 90")
+    return replace(whole, second_low=low, second_high=high, loci_high=max(high, whole.second_high))

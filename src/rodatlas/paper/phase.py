@@ -5,9 +5,11 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from rodatlas.paper.drawn import Drawn, Number
+from rodatlas.paper.model import band_phase
+from rodatlas.plot.phase import CloseUp
 
 if TYPE_CHECKING:
-    from rodatlas.atlas import Loci, PlaneEvent
+    from rodatlas.atlas import Loci, PhaseSettings, PlaneEvent
     from rodatlas.paper.sources import Sources
 
 # kind of a special point, loci that meet there -> key in the table of known numbers
@@ -20,6 +22,25 @@ KNOWN_EVENTS: dict[tuple[str, tuple[str, ...]], str] = {
 }
 
 
+# drawn of a plane of angle and shear that covers them
+CLOSE_UPS = (
+    CloseUp((0.0, 0.7, 0.5465, 0.5505), "birth of w", "lower"),
+    CloseUp((26.0, 28.4, 0.305, 0.385), "w meets U", "upper"),
+    CloseUp((30.56, 30.72, 0.6335, 0.6405), "U–w meets uUui", "upper"),
+    CloseUp((71.6, 74.2, 0.355, 0.465), "between 12 and 17", "upper"),
+)
+
+
+PANELS = ("U", "w", "uUui", "uUu", "US+-", "WS+-", "W", "S+-", "TU+-", "TW+-")
+"""States in the order of their panels."""
+
+
+def close_ups_of(settings: PhaseSettings) -> tuple[CloseUp, ...]:
+    """What is too small to be seen in the whole plane, of the plane of the paper."""
+    same = settings.tables.known and settings.setting == band_phase().setting
+    return CLOSE_UPS if same else ()
+
+
 def draw(sources: Sources) -> Drawn:
     """All loci with their special points, shaded by the number of stable states, and close-ups."""
     from rodatlas.plot import draw_phase_figure
@@ -30,7 +51,7 @@ def draw(sources: Sources) -> Drawn:
         "number of stable states in each region. Close-ups show what is too small to be seen. The diagram is "
         "symmetric in shear."
     )
-    return Drawn(draw_phase_figure(diagram), caption, numbers_of(loci), (*loci.warnings, *diagram.warnings))
+    return Drawn(draw_phase_figure(diagram, CLOSE_UPS), caption, numbers_of(loci), (*loci.warnings, *diagram.warnings))
 
 
 def numbers_of(loci: Loci) -> tuple[Number, ...]:
@@ -40,8 +61,8 @@ def numbers_of(loci: Loci) -> tuple[Number, ...]:
 
 def number_of(event: PlaneEvent) -> Number:
     """Angle of a special point of the loci, with what happens there."""
-    what = f"{event.description} (shear {abs(event.shear):.5f})"
-    return Number(what, event.angle_deg, "deg", KNOWN_EVENTS.get((event.kind, event.labels), ""))
+    what = f"{event.description} (shear {abs(event.value):.5f})"
+    return Number(what, event.second, "deg", KNOWN_EVENTS.get((event.kind, event.labels), ""))
 
 
 def meeting(loci: Loci, kind: str, *labels: str) -> PlaneEvent:

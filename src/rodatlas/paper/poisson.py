@@ -13,7 +13,7 @@ if TYPE_CHECKING:
     from rodatlas.paper.sources import Sources
 
 ANGLE_DEG = 15.0
-RATIOS = (0.0, 0.5)
+SECOND, RATIOS = "poisson", (0.0, 0.5)
 MOST = 3  # bifurcations that are named as those that move most
 
 
@@ -34,11 +34,14 @@ class Curve(NamedTuple):
 def draw(sources: Sources) -> Drawn:
     """Curves of all numbered bifurcations of the slice."""
     from rodatlas.plot.against import draw_curves_against
+    from rodatlas.plot.heading import setting_text
 
-    curves = curves_of(sources.slice_at(ANGLE_DEG))
+    found = sources.slice_at(ANGLE_DEG)
+    curves, settings = curves_of(found), found.settings
+    labels = settings.model.control(SECOND).label, settings.control.label
     figure = draw_curves_against(
-        {str(c.number): (c.kind, c.ratios, c.shears) for c in curves}, r"Poisson's ratio $\nu$",
-        rf"$\psi_0={ANGLE_DEG:g}^\circ$,  $\Delta L=0.5\,L$",
+        {str(c.number): (c.kind, c.ratios, c.shears) for c in curves}, labels,
+        setting_text(settings.model.controls, settings.setting.without(SECOND)),
     )  # fmt: skip
     caption = (
         f"Shear of the numbered bifurcations at {ANGLE_DEG:g} degrees against Poisson's ratio, each followed from the "
@@ -60,15 +63,15 @@ def curves_of(found: Slice) -> list[Curve]:
 def _followed(event: Event, found: Slice) -> Curve:
     """One bifurcation over the whole range of Poisson's ratio, or as far as it exists."""
     from rodatlas.continuation import MeshControl, TraceOptions, follow_locus
-    from rodatlas.rods import bending_ratio, rod_problem
 
-    settings = found.settings
-    stiffness = (bending_ratio(RATIOS[0]), bending_ratio(RATIOS[1]))
-    bounds = {"a": stiffness, "dD": (-settings.shear_max, settings.shear_max)}
+    settings, model = found.settings, found.settings.model
+    second = model.control(SECOND)
+    low, high = (second.raw(ratio, settings.parameters) for ratio in RATIOS)
+    bounds = {second.parameter: (low, high), settings.parameter: (-settings.high, settings.high)}
     options = TraceOptions(mesh=MeshControl(tolerance=settings.tolerance), bounds=bounds)
-    locus = follow_locus(rod_problem(), event.special, ("dD", "a"), options)
-    ratios = np.array([2.0 * p.solution["a"] - 1.0 for p in locus.points])
-    shears = np.array([p.solution["dD"] for p in locus.points])
+    locus = follow_locus(model.problem, event.special, model.free_with(settings.along, SECOND), options)
+    ratios = np.array([model.value(SECOND, p.solution) for p in locus.points])
+    shears = np.array([settings.value(p.solution) for p in locus.points])
     if ratios[-1] < ratios[0]:
         ratios, shears = ratios[::-1], shears[::-1]
     return Curve(event.number or 0, event.kind, ratios, shears)

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from rodatlas.paper.drawn import Drawn, Number
+from rodatlas.paper.names.yu_hanna import COLORS
 
 if TYPE_CHECKING:
     from rodatlas.continuation import Solution
@@ -25,7 +26,7 @@ def draw(sources: Sources) -> Drawn:
         f"The {len(states)} stable states at {ANGLE_DEG:g} degrees and shear {SHEAR:g}: tension, curvature, twist and "
         "twice the energy density along the band."
     )
-    return Drawn(draw_profiles(states), caption, numbers_of(states), remarks_on(states))
+    return Drawn(draw_profiles(states, COLORS), caption, numbers_of(states), remarks_on(states))
 
 
 def stable_states(sources: Sources) -> dict[str, Solution]:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from rodatlas.paper.drawn import Drawn
+from rodatlas.paper.names.yu_hanna import COLORS
 
 if TYPE_CHECKING:
     from rodatlas.continuation import Solution
@@ -24,7 +25,7 @@ def draw(sources: Sources) -> Drawn:
         "sheared by ΔD along the width direction z; directors d1 (width), d2 (normal), d3 (tangent). A U-like and an "
         "S-like state."
     )
-    return Drawn(draw_setup(states), caption)
+    return Drawn(draw_setup(states, COLORS), caption)
 
 
 def _state(sources: Sources, name: str, shear: float) -> Solution:

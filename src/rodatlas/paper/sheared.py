@@ -6,6 +6,7 @@ from functools import lru_cache
 from typing import TYPE_CHECKING
 
 from rodatlas.paper.drawn import Drawn, Number
+from rodatlas.paper.model import band
 
 if TYPE_CHECKING:
     from rodatlas.continuation import Solution
@@ -26,7 +27,7 @@ def draw(sources: Sources) -> Drawn:
         f"The band at {ANGLE_DEG:g} degrees as the shear grows: curvature and twist of the rod. At shear {where:.5f} "
         "the middle is straight; beyond, it is bent the other way, with two more inflections."
     )
-    return Drawn(draw_sequence(states, "dD"), caption, numbers_of(where), _REMARKS)
+    return Drawn(draw_sequence(states, band().control("shear")), caption, numbers_of(where), _REMARKS)
 
 
 _REMARKS = (
@@ -47,9 +48,9 @@ def inflection_shear() -> float:
     """The shear at which k1(1/2) = 0."""
     from scipy.optimize import brentq
 
-    from rodatlas.atlas.slices.match import state_at_shear as solved
-    from rodatlas.paper.sources import slice_settings
+    from rodatlas.atlas.slices.match import state_at as solved
     from rodatlas.paper.names.segments import middle_curvature
+    from rodatlas.paper.sources import slice_settings
 
     near = state_at_shear(BRACKET[0])
 
@@ -64,8 +65,8 @@ def inflection_shear() -> float:
 
 def numbers_of(where: float) -> tuple[Number, ...]:
     """Height, energy and clamp force at the first shear; curvature in the middle; the new inflections."""
-    from rodatlas.rods import RodState
     from rodatlas.paper.names.segments import middle_curvature
+    from rodatlas.rods import RodState
 
     first = RodState(state_at_shear(SHEARS[0]))
     at = f"at shear {SHEARS[0]:g}"

@@ -8,7 +8,6 @@ from rodatlas.paper.drawn import Drawn, Number
 
 if TYPE_CHECKING:
     from rodatlas.atlas import Slice
-    from rodatlas.atlas.slices.result import StateEnd
     from rodatlas.paper.sources import Sources
 
 # (state, 'low' or 'high', angle in degrees) -> key of its end's shear in the table of known numbers
@@ -45,21 +44,14 @@ def draw(sources: Sources, angle_deg: float, shear_max: float | None = None) -> 
 
 def numbers_of(found: Slice) -> tuple[Number, ...]:
     """Shear at which each stable state begins and ends, and height and energy of those that exist without shear."""
-    angle = found.settings.angle_deg
+    angle = found.settings.setting["angle"]
     numbers = []
     for state in found.states:
         for side, end in (("low", state.low), ("high", state.high)):
             if end.kind != "range":
-                what = f"shear at which {state.name} {'begins' if side == 'low' else 'ends'} ({_cause(end)})"
-                numbers.append(Number(what, end.shear, "L", KNOWN_ENDS.get((state.name, side, angle), "")))
+                what = f"shear at which {state.name} {'begins' if side == 'low' else 'ends'} ({end.text})"
+                numbers.append(Number(what, end.value, "L", KNOWN_ENDS.get((state.name, side, angle), "")))
     return (*numbers, *_planar_numbers(found))
-
-
-def _cause(end: StateEnd) -> str:
-    if end.kind == "smooth":
-        return "smooth"
-    number = f" {end.number}" if end.number is not None else ""
-    return f"{end.kind}{number}, {'snaps' if end.snap else 'no snap'}"
 
 
 def _planar_numbers(found: Slice) -> list[Number]:
@@ -68,7 +60,7 @@ def _planar_numbers(found: Slice) -> list[Number]:
 
     numbers = []
     for (name, quantity, angle), key in KNOWN_PLANAR.items():
-        state = found.state(name, 0.0) if angle == found.settings.angle_deg else None
+        state = found.state(name, 0.0) if angle == found.settings.setting["angle"] else None
         solution = solve_state(state, 0.0, found.settings) if state is not None else None
         if solution is not None:
             unit = "L" if quantity == "height" else "GJ/L"

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from rodatlas.paper.drawn import Drawn, Number
+from rodatlas.paper.names.yu_hanna import COLORS
 
 if TYPE_CHECKING:
     from rodatlas.atlas import Slice
@@ -37,7 +38,7 @@ def draw(sources: Sources) -> Drawn:
         f"fold, and {jump.name} on the path U-w-uUui, where the descent of the energy ends that starts there along the "
         "mode of the fold."
     )
-    figure = draw_energies({"US+": jump.before, jump.name: jump.after})
+    figure = draw_energies({"US+": jump.before, jump.name: jump.after}, COLORS)
     return Drawn(figure, caption, numbers_of(jump), remarks_on(jump))
 
 
@@ -67,10 +68,10 @@ def snap_at_fold(found: Slice) -> Jump:
 def name_of(solution: Solution, found: Slice) -> str:
     """Name of the stable state of a slice that a solution is."""
     from rodatlas.atlas.slices.coexisting import coexisting_states
-    from rodatlas.atlas.slices.match import same_state
+    from rodatlas.model.orbit import same_state
 
-    for name, state in coexisting_states(found, solution["dD"]).items():
-        if same_state(state, solution):
+    for name, state in coexisting_states(found, found.settings.value(solution)).items():
+        if same_state(found.settings.model, state, solution):
             return name
     raise ValueError(f"solution: expected a stable state of the slice, got {solution!r}")
 

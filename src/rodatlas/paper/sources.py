@@ -64,24 +64,24 @@ class Sources:
         """The loci of bifurcations 0 to 18."""
         if self._loci is None:
             from rodatlas.atlas.loci.obtain import obtain_loci
-            from rodatlas.atlas.loci.result import LociSettings
+            from rodatlas.paper.model import band_loci
 
             fresh = self._fresh
-            self._loci = obtain_loci(LociSettings(), self.folder, (), self.report, fresh=fresh, say=self._say)
+            self._loci = obtain_loci(band_loci(), self.folder, (), self.report, fresh=fresh, say=self._say)
         return self._loci
 
     def phase(self) -> PhaseDiagram:
         """The phase diagram over all angles; its slices lie in a folder of their own."""
         from rodatlas.atlas.phase.obtain import obtain_phase
-        from rodatlas.atlas.phase.settings import PhaseSettings
+        from rodatlas.paper.model import band_phase
 
         return obtain_phase(
-            PhaseSettings(), self.folder, self.report, workers=self.workers, fresh=self._fresh, say=self._say
+            band_phase(), self.folder, self.report, workers=self.workers, fresh=self._fresh, say=self._say
         )
 
 
 def slice_settings(angle_deg: float, shear_max: float | None = None) -> SliceSettings:
     """Settings of a slice of the paper."""
-    from rodatlas.atlas import SliceSettings
+    from rodatlas.paper.model import band_slice
 
-    return SliceSettings(angle_deg, shear_max=shear_max)  # type: ignore[arg-type]
+    return band_slice(angle_deg, shear_max=shear_max)

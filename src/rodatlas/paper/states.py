@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from rodatlas.paper.drawn import Drawn, Number
+from rodatlas.paper.names.yu_hanna import COLORS
 
 if TYPE_CHECKING:
     from rodatlas.atlas import Slice, State
@@ -19,13 +20,17 @@ COLUMNS = 5
 def draw(sources: Sources) -> Drawn:
     """Renderings of all states at 15 degrees, and of S at 0 degrees, where alone it exists."""
     from rodatlas.plot.gallery import Item, draw_gallery
+    from rodatlas.plot.style import color_of
 
     items = []
     for found, wanted in ((sources.slice_at(ANGLE_DEG), None), (sources.slice_at(0.0), "S+-")):
         for state in one_of_each(found):
             if wanted in (None, state.name):
-                at = "" if wanted is None else rf"$\psi_0={found.settings.angle_deg:g}^\circ$, "
-                items += [Item(s, name, rf"{at}$\Delta D={s['dD']:.2f}$") for name, s in members(state, found).items()]
+                at = "" if wanted is None else rf"$\psi_0={found.settings.setting['angle']:g}^\circ$, "
+                color = color_of(state.name, COLORS)
+                items += [
+                    Item(s, name, color, rf"{at}$\Delta D={s['dD']:.2f}$") for name, s in members(state, found).items()
+                ]  # fmt: skip
     foot = (
         rf"$\psi_0={ANGLE_DEG:g}^\circ$ where not said; $\Delta L=0.5\,L$. Bands are drawn $L/{1 / WIDTH:.0f}$ wide. "
         r"A state − is the reversal, $s \to 1-s$, of +."
@@ -41,7 +46,7 @@ def one_of_each(found: Slice) -> list[State]:
     longest: dict[str, State] = {}
     for state in found.states:
         known = longest.get(state.name)
-        if known is None or state.shear[1] - state.shear[0] > known.shear[1] - known.shear[0]:
+        if known is None or state.span[1] - state.span[0] > known.span[1] - known.span[0]:
             longest[state.name] = state
     return list(longest.values())
 
@@ -51,7 +56,7 @@ def members(state: State, found: Slice) -> dict[str, Solution]:
     from rodatlas.atlas.slices.coexisting import solve_state
     from rodatlas.rods import plus_member, reverse
 
-    low, high = state.shear
+    low, high = state.span
     middle = 0.5 * (max(low, 0.0) + high)
     rounded = round(middle, 2)
     solution = solve_state(state, rounded if low < rounded < high else middle, found.settings)

@@ -16,11 +16,11 @@ from rodatlas.plot.loci import draw_loci, draw_loci_figure
 from rodatlas.plot.phase import draw_phase, draw_phase_figure, draw_phase_states, draw_region
 from rodatlas.plot.profiles import draw_profiles
 from rodatlas.plot.render import View, draw_triad, render_band
-from rodatlas.plot.style import color_of, label_of, save_figure
+from rodatlas.plot.style import color_of, colors_of, label_of, save_figure
 from rodatlas.plot.surface import BandSurface, band_surface
 
 __all__ = [
-    "BandSurface", "View", "band_surface", "color_of", "draw_branch", "draw_loci", "draw_loci_figure", "draw_locus",
-    "draw_phase", "draw_phase_figure", "draw_phase_states", "draw_profiles", "draw_region", "draw_slice",
+    "BandSurface", "View", "band_surface", "color_of", "colors_of", "draw_branch", "draw_loci", "draw_loci_figure",
+    "draw_locus", "draw_phase", "draw_phase_figure", "draw_phase_states", "draw_profiles", "draw_region", "draw_slice",
     "draw_slice_figure", "draw_triad", "label_of", "render_band", "save_figure",
 ]  # fmt: skip

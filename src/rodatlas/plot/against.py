@@ -1,4 +1,4 @@
-"""Shear of numbered bifurcations against a parameter of the band."""
+"""Where numbered bifurcations lie, against a second control."""
 
 from __future__ import annotations
 
@@ -7,7 +7,6 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from rodatlas.plot.heading import SHEAR_LABEL
 from rodatlas.plot.loci import LINES
 from rodatlas.plot.panel import NOTE_SIZE
 from rodatlas.plot.style import FAINT, ONE_COLUMN, TWO_COLUMN, new_figure, styled
@@ -20,14 +19,14 @@ GAP = 0.026  # smallest distance of two labels, part of the axes' height
 
 
 def draw_curves_against(
-    curves: Mapping[str, tuple[str, np.ndarray, np.ndarray]], label: str, setting: str = ""
+    curves: Mapping[str, tuple[str, np.ndarray, np.ndarray]], labels: tuple[str, str], setting: str = ""
 ) -> Figure:
     """Draw curves with their names at the right end.
 
     Parameters
     ----------
-    curves : name -> kind of bifurcation, values of the parameter (n,), shears (n,).
-    label : of the parameter's axis. setting : what is fixed, above the axes.
+    curves : name -> kind of bifurcation, values of the second control (n,), values of the first one (n,).
+    labels : of the axes, the second control first. setting : what is fixed, above the axes.
 
     Returns
     -------
@@ -42,24 +41,24 @@ def draw_curves_against(
         fig = new_figure(0.5 * (ONE_COLUMN + TWO_COLUMN), INCHES)
         ax = fig.add_axes((0.115, 0.105, 0.825, 0.825))
         ends = {}
-        for name, (kind, values, shears) in curves.items():
+        for name, (kind, values, places) in curves.items():
             even = np.linspace(values[0], values[-1], 200)
-            smooth = CubicSpline(values, shears)(even) if len(values) > 2 else np.interp(even, values, shears)
+            smooth = CubicSpline(values, places)(even) if len(values) > 2 else np.interp(even, values, places)
             ax.plot(even, smooth, gid=name, **LINES[kind])
-            ends[name] = (kind, float(values[-1]), float(shears[-1]))
+            ends[name] = (kind, float(values[-1]), float(places[-1]))
         low, high = min(v[0] for _, v, _ in curves.values()), max(v[-1] for _, v, _ in curves.values())
         ax.set_xlim(low, high)
-        ax.set_ylabel(SHEAR_LABEL)
-        ax.set_xlabel(label)
+        ax.set_xlabel(labels[0])
+        ax.set_ylabel(labels[1])
         bottom, top = ax.get_ylim()
         bottom = min(bottom, 0.0)
         ax.set_ylim(bottom, top)
         ax.axhline(0.0, color=FAINT, lw=0.5, zorder=0.5)
-        heights = _apart([(shear - bottom) / (top - bottom) for _, _, shear in ends.values()])
-        for (name, (kind, value, shear)), y in zip(ends.items(), heights, strict=True):
-            place = ax.transAxes.inverted().transform(ax.transData.transform((value, shear)))
+        heights = _apart([(place - bottom) / (top - bottom) for _, _, place in ends.values()])
+        for (name, (kind, value, place)), y in zip(ends.items(), heights, strict=True):
+            seen = ax.transAxes.inverted().transform(ax.transData.transform((value, place)))
             ax.annotate(
-                name, xy=(place[0], place[1]), xytext=(1.028, y), xycoords="axes fraction", textcoords="axes fraction",
+                name, xy=(seen[0], seen[1]), xytext=(1.028, y), xycoords="axes fraction", textcoords="axes fraction",
                 ha="left", va="center_baseline", fontsize=NOTE_SIZE + 1.0, color=LINES[kind]["color"],
                 annotation_clip=False, arrowprops={"arrowstyle": "-", "lw": 0.4, "color": LINES[kind]["color"],
                                                    "shrinkA": 0.5, "shrinkB": 0.5, "relpos": (0.0, 0.4)},

@@ -32,7 +32,6 @@ INCHES = 2.7  # height of a figure of its own
 BOX = (0.175, 0.155, 0.795, 0.815)
 SAMPLES = 16  # drawn places for each step
 APART = 0.1  # of a step: special points nearer to a computed one are no knots, for their arclength is not so well known
-WORDS = NAMES | {"extremum": "extremum"}  # a problem of any kind has no clamp angle
 OTHERS: dict[str, dict[str, Any]] = {
     "extremum": {"marker": "^", "ms": 4.4, "mfc": "white"},
     "zero": {"marker": "|", "ms": 6.0},
@@ -100,7 +99,7 @@ def draw_locus(locus: Locus, x: str | None = None, y: str | None = None, ax: Axe
         _plot(ax, kind, *_smooth(arclength, places)[1].T, **LINES.get(kind, {"color": INK, "lw": 1.2, "ls": "-"}))
         for event in locus.events:
             style = (OTHERS | EVENTS).get(event.kind, OTHERS["zero"])
-            label = WORDS.get(event.kind, event.kind)
+            label = NAMES.get(event.kind, event.kind)
             _plot(ax, label, *(_value(event, name) for name in (x, y)), zorder=4, **(MARK | style))
         ax.legend(handlelength=2.4, fontsize=7.5)
     return ax

@@ -1,29 +1,40 @@
 """Smooth curves of a bifurcation diagram through the computed points, split where stability or the name changes.
 
-Along a branch the shear and the height are interpolated by cubic splines over the arclength of the continuation, with
-knots at every computed point and every special point. With the steps of a usual run this stays within 5e-4 of the
-axes' extent of the exact curve (checked against runs with steps of 0.02), less than half a line width.
+Along a branch the value of what varies and the response are interpolated by cubic splines over the arclength of the
+continuation, with knots at every computed point and every special point. With the steps of a usual run this stays
+within 5e-4 of the axes' extent of the exact curve (checked against runs with steps of 0.02), less than half a line
+width.
+
+A branch of pairs stands for its images too. Where these have the same response, as the height of a band and of its
+reversal, one curve is that of all; otherwise each has its own.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
 from itertools import pairwise
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from rodatlas.plot.protocols import EventLike, SliceBranchLike, SliceLike, StateLike
+from rodatlas.continuation import Solution, image
+from rodatlas.model.orbit import group, own_symmetries
+from rodatlas.plot.protocols import SettingsLike, SliceBranchLike, SliceLike, StateLike
+from rodatlas.plot.style import UNSTABLE, color_of, colors_of
 
 if TYPE_CHECKING:
-    from rodatlas.continuation import Solution
+    from rodatlas.model import Model
 
+See = Callable[[Solution], Solution]
+"""Gives an image of a solution."""
 _Place = tuple[float, float]
+_Beyond = tuple[np.ndarray, np.ndarray]
 _Piece = tuple[np.ndarray, bool, StateLike | None]
 SAMPLES = 12  # drawn points for each interval between knots
 MERGE = 1e-9  # knots closer than this in arclength are one
-SAME_POINT = 1e-6  # special points closer than this in the diagram are one
+SAME_POINT = 1e-6  # special points closer than this in the diagram are one, as parts of its extent
+EQUAL = 1e-6  # responses of two images of a state differ by less, relative to 1 + their size
 
 
 @dataclass(frozen=True, eq=False)
@@ -32,7 +43,7 @@ class Stretch:
 
     Attributes
     ----------
-    xy : (n, 2) shear and height, in order along the branch.
+    xy : (n, 2) value and response, in order along the branch.
     stable : whether its index is zero. name : of the stable state it belongs to, if any.
     branch : id of its branch.
     touching : whether the band of this state touches itself all along.
@@ -43,10 +54,20 @@ class Stretch:
     name: str | None
     branch: str
     touching: bool = False
+    color: str = UNSTABLE
 
     def __repr__(self) -> str:
         kind = ("stable" if self.stable else "unstable") + (", touching itself" if self.touching else "")
         return f"Stretch({kind} {self.name or ''} of {self.branch}, {len(self.xy)} points)"
+
+
+@dataclass(frozen=True)
+class Mark:
+    """A special point in the diagram: its kind, its number if it has one, and its value and response."""
+
+    kind: str
+    number: int | None
+    place: _Place
 
 
 @dataclass(frozen=True, eq=False)
@@ -55,24 +76,34 @@ class _Knot:
     solution: Solution
     index: tuple[int | None, int | None]  # before, after
     special: bool
-
-    @property
-    def place(self) -> _Place:
-        return self.solution["dD"], self.solution["height"]
+    place: _Place
 
 
 def slice_stretches(slice_: SliceLike) -> list[Stretch]:
-    """All curves of a slice."""
-    return [s for b in slice_.branches for s in branch_stretches(b, slice_.states)]
+    """All curves of a slice, in the colors of their states."""
+    colors, settings = colors_of(slice_), slice_.settings
+    found = []
+    for b in slice_.branches:
+        for see in _images(b, settings):
+            found += branch_stretches(b, slice_.states, settings, see)
+    return [replace(s, color=color_of(s.name, colors)) if s.stable else s for s in found]
 
 
-def branch_stretches(b: SliceBranchLike, states: Sequence[StateLike]) -> list[Stretch]:
-    """The curve of one branch, cut where stability or the name of the state changes, or a band touches itself."""
-    knots = _knots(b)
+def branch_stretches(
+    b: SliceBranchLike, states: Sequence[StateLike], settings: SettingsLike, see: See | None = None
+) -> list[Stretch]:
+    """The curve of one branch, cut where stability or the name of the state changes, or a band touches itself.
+
+    Parameters
+    ----------
+    see : the image of a solution whose curve is wanted; the solution itself by default.
+    """
+    place = _reader(settings, see or _itself)
+    knots = _knots(b, place)
     if len(knots) < 2:
         return []
-    xy = _interpolate(b, knots)
-    named = _states_of_steps(b.id, states)
+    xy = _interpolate(b, knots, settings, place)
+    named = _states_of_steps(b.id, states, place)
     pieces: list[_Piece] = []
     for k, (one, two) in enumerate(pairwise(knots)):
         state = named.get((one.place, two.place))
@@ -89,29 +120,62 @@ def branch_stretches(b: SliceBranchLike, states: Sequence[StateLike]) -> list[St
     return _joined(pieces, b.id)
 
 
-def unique_events(slice_: SliceLike) -> list[EventLike]:
+def unique_events(slice_: SliceLike) -> list[Mark]:
     """Events at different places of the diagram; a numbered one is kept rather than its copy on another branch."""
-    kept: list[EventLike] = []
-    every = [e for b in slice_.branches for e in b.events]
+    every = []
+    for b in slice_.branches:
+        for see in _images(b, slice_.settings) if b.events else ():
+            place = _reader(slice_.settings, see)
+            every += [Mark(e.kind, e.number, place(e.special.solution)) for e in b.events]
+    same = SAME_POINT * np.maximum(np.ptp([e.place for e in every], axis=0), 1.0) if every else np.ones(2)
+    kept: list[Mark] = []
     for event in sorted(every, key=lambda e: (e.number is None, e.number or 0)):
-        here = np.array(_place(event))
-        if not any(
-            np.abs(here - _place(other)).max() < SAME_POINT and (event.kind == "fold") == (other.kind == "fold")
-            for other in kept
-        ):
+        alike = (other for other in kept if (event.kind == "fold") == (other.kind == "fold"))
+        if not any((np.abs(np.subtract(event.place, other.place)) < same).all() for other in alike):
             kept.append(event)
     return kept
 
 
-def _place(event: EventLike) -> _Place:
-    return event.special.solution["dD"], event.special.solution["height"]
+def _itself(solution: Solution) -> Solution:
+    return solution
 
 
-def _knots(b: SliceBranchLike) -> list[_Knot]:
+def _reader(settings: SettingsLike, see: See) -> Callable[[Solution], _Place]:
+    """Reads the place of an image of a solution."""
+
+    def place(solution: Solution) -> _Place:
+        seen = see(solution)
+        return settings.value(seen), settings.response(seen)
+
+    return place
+
+
+def _images(b: SliceBranchLike, settings: SettingsLike) -> list[See]:
+    """The images of the states of a branch under the symmetries of the setting that have curves of their own."""
+    model, points = settings.model, b.followed.branch.points
+    tried = [points[i].solution for i in sorted({len(points) * k // 7 for k in (2, 4, 5)})]
+    found: list[tuple[See, list[float]]] = [(_itself, [settings.response(s) for s in tried])]
+    for see, _ in found if b.followed.pair else ():  # grows while it is walked over
+        for name in group(model, tried[0]):
+            new = _compound(see, model, name)
+            responses = [settings.response(new(s)) for s in tried]
+            if not any(np.allclose(responses, known, rtol=EQUAL, atol=EQUAL) for _, known in found):
+                found.append((new, responses))
+    return [see for see, _ in found]
+
+
+def _compound(see: See, model: Model, name: str) -> See:
+    """The image under a symmetry of what is seen."""
+    return lambda solution: image(model.problem, name, see(solution))
+
+
+def _knots(b: SliceBranchLike, place: Callable[[Solution], _Place]) -> list[_Knot]:
     """Points and special points of a branch in order of arclength, each place once."""
     branch = b.followed.branch
-    every = [_Knot(p.arclength, p.solution, (p.index, p.index), False) for p in branch.points]
-    every += [_Knot(e.special.arclength, e.special.solution, e.special.index, True) for e in b.events]
+    every = [_Knot(p.arclength, p.solution, (p.index, p.index), False, place(p.solution)) for p in branch.points]
+    every += [
+        _Knot(x.arclength, x.solution, x.index, True, place(x.solution)) for x in (e.special for e in b.events)
+    ]  # fmt: skip
     kept: list[_Knot] = []
     for knot in sorted(every, key=lambda k: (k.arclength, not k.special)):
         if kept and knot.arclength - kept[-1].arclength < MERGE:
@@ -136,13 +200,15 @@ def _index_before(one: _Knot, two: _Knot) -> int | None:
     return next((i for i in order if i is not None), None)
 
 
-def _interpolate(b: SliceBranchLike, knots: list[_Knot]) -> np.ndarray:
+def _interpolate(
+    b: SliceBranchLike, knots: list[_Knot], settings: SettingsLike, place: Callable[[Solution], _Place]
+) -> np.ndarray:
     """(SAMPLES (n-1) + 1, 2) samples of the spline, the knots among them exactly."""
     from scipy.interpolate import CubicSpline
 
     sigma = np.array([k.arclength for k in knots])
     xy = np.array([k.place for k in knots])
-    before, after = _continuations(b, knots)
+    before, after = _continuations(b, knots, settings, place)
     extended = np.concatenate([before[0], sigma, after[0]])
     order = np.argsort(extended)
     values = np.concatenate([before[1], xy, after[1]])[order]
@@ -157,36 +223,46 @@ def _interpolate(b: SliceBranchLike, knots: list[_Knot]) -> np.ndarray:
 
 
 def _continuations(
-    b: SliceBranchLike, knots: list[_Knot]
-) -> tuple[tuple[np.ndarray, np.ndarray], tuple[np.ndarray, np.ndarray]]:
+    b: SliceBranchLike, knots: list[_Knot], settings: SettingsLike, place: Callable[[Solution], _Place]
+) -> tuple[_Beyond, _Beyond]:
     """Arclengths (k,) and places (k, 2) of knots beyond the two ends.
 
-    A closed branch goes on at its other end. At a pitchfork a reversal-broken branch goes on as its own reversal, with
-    the same shear and height: both are even functions of the distance from there.
+    A closed branch goes on at its other end. At a pitchfork a branch without some symmetry goes on as its own image.
     """
-    from rodatlas.rods.symmetry import is_symmetric
-
     sigma = np.array([k.arclength for k in knots])
     xy = np.array([k.place for k in knots])
     none = np.empty(0), np.empty((0, 2))
     if len(knots) < 3:
         return none, none
-    if b.followed.branch.closed and np.abs(xy[0] - xy[-1]).max() < SAME_POINT:
+    if b.followed.branch.closed and (np.abs(xy[0] - xy[-1]) < SAME_POINT * np.maximum(np.ptp(xy, axis=0), 1.0)).all():
         period = sigma[-1] - sigma[0]
         return (sigma[-4:-1] - period, xy[-4:-1]), (sigma[1:4] + period, xy[1:4])
-    broken = not b.followed.symmetric
-    start = (2 * sigma[0] - sigma[1:4], xy[1:4]) if broken and is_symmetric(knots[0].solution) else none
-    end = (2 * sigma[-1] - sigma[-4:-1], xy[-4:-1]) if broken and is_symmetric(knots[-1].solution) else none
-    return start, end
+    start = _mirrored(b, knots[0], knots[1:4], settings, place)
+    end = _mirrored(b, knots[-1], knots[-4:-1], settings, place)
+    return start or none, end or none
 
 
-def _states_of_steps(ident: str, states: Sequence[StateLike]) -> dict[tuple[_Place, _Place], StateLike]:
+def _mirrored(
+    b: SliceBranchLike, edge: _Knot, inner: list[_Knot], settings: SettingsLike, place: Callable[[Solution], _Place]
+) -> _Beyond | None:
+    """The images of the knots next to an end, mirrored there, when the end has a symmetry that the branch has not."""
+    broken = own_symmetries(settings.model, edge.solution) - b.followed.symmetries if b.followed.pair else ()
+    if not broken:
+        return None
+    name = min(broken)
+    images = [place(image(settings.model.problem, name, knot.solution)) for knot in inner]
+    return np.array([2 * edge.arclength - knot.arclength for knot in inner]), np.array(images)
+
+
+def _states_of_steps(
+    ident: str, states: Sequence[StateLike], place: Callable[[Solution], _Place]
+) -> dict[tuple[_Place, _Place], StateLike]:
     """The state on the step from one place of the branch to the next, in both directions."""
     named: dict[tuple[_Place, _Place], StateLike] = {}
     for state in states:
         if state.branch != ident:
             continue
-        keys = [(s["dD"], s["height"]) for s in state.solutions]
+        keys = [place(s) for s in state.solutions]
         for one, two in pairwise(keys):
             named[one, two] = named[two, one] = state
     return named
@@ -194,8 +270,8 @@ def _states_of_steps(ident: str, states: Sequence[StateLike]) -> dict[tuple[_Pla
 
 def _cuts_between(one: _Place, two: _Place, named: dict[tuple[_Place, _Place], StateLike]) -> list[_Place]:
     """Places at which a state becomes the next one between two neighboring knots, in order."""
-    shears = sorted((one[0], two[0]))
-    inside = sorted({a for a, _ in named if shears[0] < a[0] < shears[1]}, reverse=one[0] > two[0])
+    low, high = sorted((one[0], two[0]))
+    inside = sorted({a for a, _ in named if low < a[0] < high}, reverse=one[0] > two[0])
     route = [one, *inside, two]
     return inside if all(pair in named for pair in pairwise(route)) else []
 
@@ -225,7 +301,7 @@ def _joined(pieces: list[_Piece], ident: str) -> list[Stretch]:
 
 
 def _cut_at_contact(xy: np.ndarray, ranges: Sequence[tuple[float, float]]) -> list[tuple[np.ndarray, bool]]:
-    """A piece cut where the shear passes the ends of ranges, and whether it lies in one of them in each part."""
+    """A piece cut where the value passes the ends of ranges, and whether it lies in one of them in each part."""
     if not ranges:
         return [(xy, False)]
     number = np.arange(len(xy))

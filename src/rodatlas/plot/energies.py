@@ -22,12 +22,14 @@ INCHES = 3.75
 LINES: tuple[Any, Any] = ("-", (0, (4.0, 1.4)))
 
 
-def draw_energies(states: Mapping[str, Solution], roles: tuple[str, str] = ("before", "after")) -> Figure:
+def draw_energies(
+    states: Mapping[str, Solution], colors: Mapping[str, str], roles: tuple[str, str] = ("before", "after")
+) -> Figure:
     r"""Draw twice the energy densities :math:`a\kappa_1^2`, :math:`\tau^2` and their sum of two states.
 
     Parameters
     ----------
-    states : two, name -> solution, in order. roles : a word for each.
+    states : two, name -> solution, in order. colors : by name. roles : a word for each.
 
     Returns
     -------
@@ -47,7 +49,7 @@ def draw_energies(states: Mapping[str, Solution], roles: tuple[str, str] = ("bef
             highest = max(highest, float((bending + twist).max()))
             for ax, values in zip(panels, (bending, twist, bending + twist), strict=True):
                 label = f"{label_of(name)}, {role}"
-                ax.plot(s, values, color=color_of(name), lw=1.3, ls=line, label=label, gid=name)
+                ax.plot(s, values, color=color_of(name, colors), lw=1.3, ls=line, label=label, gid=name)
         for letter, ax, title in zip("abc", panels, titles, strict=True):
             ax.axhline(0.0, color=FAINT, lw=0.5, zorder=0.5)
             ax.set_xlim(0.0, 1.0)
@@ -61,17 +63,17 @@ def draw_energies(states: Mapping[str, Solution], roles: tuple[str, str] = ("bef
         fig.text(0.082, 0.955, setting_of(first), va="center", ha="left", fontsize=9.0)
         fig.legend(*panels[0].get_legend_handles_labels(), loc="center right", bbox_to_anchor=(0.992, 0.955), ncols=2,
                    fontsize=9.0, borderaxespad=0.0, handlelength=2.2)  # fmt: skip
-        _draw_bands(states, fig)
+        _draw_bands(states, colors, fig)
         fig.draw_without_rendering()
     return fig
 
 
-def _draw_bands(states: Mapping[str, Solution], fig: Figure) -> None:
+def _draw_bands(states: Mapping[str, Solution], colors: Mapping[str, str], fig: Figure) -> None:
     """Both bands at one scale, and the directions of space."""
     drawings = []
     for name, solution in states.items():
         ax = fig.add_axes((0.0, 0.0, 0.1, 0.1), label=f"band {name}")
-        render_band(solution, ax=ax, color=color_of(name))
+        render_band(solution, ax=ax, color=color_of(name, colors))
         drawings.append((ax, np.ptp(ax.get_xlim()), np.ptp(ax.get_ylim())))
     scale = 2.2 / max(across for _, across, _ in drawings)
     page = np.array([TWO_COLUMN, INCHES])

@@ -11,7 +11,7 @@ import numpy as np
 
 from rodatlas.plot.panel import NAME_SIZE, NOTE_SIZE
 from rodatlas.plot.render import DEFAULT_VIEW, DISPLAY_WIDTH, View, draw_triad, render_band
-from rodatlas.plot.style import TWO_COLUMN, color_of, label_of, new_figure, styled
+from rodatlas.plot.style import TWO_COLUMN, label_of, new_figure, styled
 
 if TYPE_CHECKING:
     from matplotlib.artist import Artist
@@ -25,10 +25,11 @@ FOOT = 0.56
 
 @dataclass(frozen=True)
 class Item:
-    """One drawing: a solution, the name of the state, and what stands beside the name."""
+    """One drawing: a solution, the name of the state, its color, and what stands beside the name."""
 
     solution: Solution
     name: str
+    color: str
     note: str = ""
 
 
@@ -55,7 +56,7 @@ def draw_gallery(
         drawings = []
         for item in items:
             ax = fig.add_axes((0.0, 0.0, 0.1, 0.1), label=item.name)
-            render_band(item.solution, width, view, ax, color=color_of(item.name))
+            render_band(item.solution, width, view, ax, color=item.color)
             drawings.append((ax, np.ptp(ax.get_xlim()), np.ptp(ax.get_ylim())))
         scale = 0.94 * cell / max(across for _, across, _ in drawings)
         row_heights = [
@@ -86,7 +87,7 @@ def _caption(fig: Figure, item: Item, x: float, y: float) -> None:
     """The name in its color, the note in small type, centered together."""
     from matplotlib.offsetbox import AnnotationBbox, HPacker, TextArea
 
-    color = color_of(item.name)
+    color = item.color
     parts: list[Artist] = [TextArea(label_of(item.name), textprops={"fontsize": NAME_SIZE + 1.0, "color": color})]
     if item.note:
         parts.append(TextArea(item.note, textprops={"fontsize": NOTE_SIZE + 0.5, "color": color}))

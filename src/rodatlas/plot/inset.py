@@ -1,4 +1,4 @@
-"""A small panel inside a diagram, in which the height is stretched so far that two states are told apart."""
+"""A small panel inside a diagram, in which the response is stretched so far that two states are told apart."""
 
 from __future__ import annotations
 
@@ -18,20 +18,20 @@ if TYPE_CHECKING:
     from scipy.spatial import KDTree
 
 Window = tuple[tuple[float, float], tuple[float, float]]
-"""Ranges of shear and of height."""
+"""Ranges of value and of response."""
 
 SIZES = ((112.0, 60.0), (96.0, 48.0), (84.0, 40.0))  # widths and heights of a panel in points, the wanted one first
 NUMBERS, BESIDE, BELOW, ABOVE = 29.0, 8.0, 12.0, 10.0  # room around it: at the side of its numbers, at the other one
 STEP = 4.0  # between the places that are tried, in points
 AIR = 0.4  # of the extent of both curves, above and below them
-LEAST = 3.0  # heights are stretched at least so many times
+LEAST = 3.0  # responses are stretched at least so many times
 MOST = 2  # panels in a diagram
 PER_POINT = 0.1  # price of a point of distance between a window and its panel
 ROUND_OFF = 1e-6  # curves nearer than this are not told apart by stretching
 
 
 def draw_insets(drawn: Drawn, ax: Axes, *, leaders: np.ndarray | None = None) -> list[Axes]:
-    """Where two stable states run on each other, show that window with the height stretched, if there is room.
+    """Where two stable states run on each other, show that window with the responses stretched, if there is room.
 
     Parameters
     ----------
@@ -45,9 +45,10 @@ def draw_insets(drawn: Drawn, ax: Axes, *, leaders: np.ndarray | None = None) ->
     from matplotlib.patches import Rectangle
 
     panels: list[Axes] = []
+    extent = np.ptp(np.concatenate([np.zeros((1, 2)), *(s.xy for s in drawn.stretches)]), axis=0)
     lines = np.empty((0, 2)) if leaders is None else leaders
     for overlap in sorted(overlaps_of(whole_states(drawn.stretches), ax), key=lambda o: -np.ptp(o.xy[:, 0])):
-        window = _window(overlap)
+        window = _window(overlap, extent)
         if window is None or len(panels) == MOST:
             continue
         (x0, x1), (y0, y1) = window
@@ -63,13 +64,19 @@ def draw_insets(drawn: Drawn, ax: Axes, *, leaders: np.ndarray | None = None) ->
     return panels
 
 
-def _window(overlap: Overlap) -> Window | None:
-    """The ranges that hold both curves; none where they run upward, or are the same but for round-off."""
+def _window(overlap: Overlap, extent: np.ndarray) -> Window | None:
+    """The ranges that hold both curves; none where they run upward, or are the same but for round-off.
+
+    Parameters
+    ----------
+    extent : (2,) of the whole diagram.
+    """
     both = np.concatenate([overlap.xy, overlap.over])
     low, high = both.min(axis=0), both.max(axis=0)
     order = np.argsort(overlap.over[:, 0])
     apart = np.abs(np.interp(overlap.xy[:, 0], *overlap.over[order].T) - overlap.xy[:, 1]).max()
-    if apart < ROUND_OFF or high[1] - low[1] > high[0] - low[0]:
+    share = (high - low) / extent
+    if apart < ROUND_OFF * extent[1] or share[1] > share[0]:
         return None
     margin = np.array([0.02, AIR]) * (high - low)
     low, high = low - margin, high + margin
@@ -104,7 +111,7 @@ def _free_place(seen: np.ndarray, points: np.ndarray, drawn: Drawn, ax: Axes) ->
 
 
 def _at_right(seen: np.ndarray, box: np.ndarray) -> bool:
-    """Whether the numbers of the heights stand at the right: at the side away from the window, where no line comes."""
+    """Whether the numbers of the responses stand at the right: the side away from the window, where no line comes."""
     return bool(box[:, 0].mean() > seen[:, 0].mean())
 
 
@@ -152,7 +159,7 @@ def _draw_connectors(seen: np.ndarray, box: np.ndarray, ax: Axes) -> None:
 
 
 def _draw_panel(drawn: Drawn, overlap: Overlap, window: Window, box: np.ndarray, ax: Axes) -> Axes:
-    """Curves and names in the panel, and how much heights are enlarged."""
+    """Curves and names in the panel, and how much responses are enlarged."""
     whole = np.array(axes_box(ax, 0.0)).reshape(2, 2)
     share = (box - whole[0]) / (whole[1] - whole[0])
     panel = ax.inset_axes((*share[0], *(share[1] - share[0])), zorder=6)
@@ -168,7 +175,7 @@ def _draw_panel(drawn: Drawn, overlap: Overlap, window: Window, box: np.ndarray,
     for spine in panel.spines.values():
         spine.set_linewidth(0.45)
     larger = (box[1, 1] - box[0, 1]) / (seen[1, 1] - seen[0, 1])
-    panel.set_title(f"heights enlarged {larger:.2g} times", fontsize=NOTE_SIZE, pad=2.0)
+    panel.set_title(f"enlarged {larger:.2g} times vertically", fontsize=NOTE_SIZE, pad=2.0)
     return panel
 
 

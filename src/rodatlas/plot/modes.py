@@ -10,7 +10,7 @@ from rodatlas.plot.heading import ARCLENGTH_LABEL, setting_of
 from rodatlas.plot.panel import NOTE_SIZE
 from rodatlas.plot.render import draw_triad, render_band
 from rodatlas.plot.sequence import SEQUENCE
-from rodatlas.plot.style import FAINT, TWO_COLUMN, color_of, label_of, new_figure, styled
+from rodatlas.plot.style import FAINT, TWO_COLUMN, label_of, new_figure, styled
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -39,13 +39,13 @@ class ModeLike(Protocol):
     def moved(self, amplitude: float) -> Solution: ...
 
 
-def draw_mode(mode: ModeLike, amplitude: float, name: str = "W") -> Figure:
+def draw_mode(mode: ModeLike, amplitude: float, name: str, color: str) -> Figure:
     """Draw an equilibrium, the band moved along a mode by some amplitude to both sides, and the mode.
 
     Parameters
     ----------
     amplitude : largest displacement of the drawn bands, in units of the length.
-    name : of the state, for its color.
+    name, color : of the state.
 
     Returns
     -------
@@ -78,7 +78,7 @@ def draw_mode(mode: ModeLike, amplitude: float, name: str = "W") -> Figure:
             rf"moved by $-{amplitude:g}\,L$": mode.moved(-amplitude), f"{label_of(name)}, in equilibrium": first,
             rf"moved by $+{amplitude:g}\,L$": mode.moved(amplitude),
         }  # fmt: skip
-        _draw_bands(bands, name, fig)
+        _draw_bands(bands, color, fig)
         fig.draw_without_rendering()
     return fig
 
@@ -89,12 +89,12 @@ def _smooth(s: np.ndarray, values: np.ndarray, even: np.ndarray) -> np.ndarray:
     return CubicSpline(s, values)(even)
 
 
-def _draw_bands(bands: dict[str, Solution], name: str, fig: Figure) -> None:
+def _draw_bands(bands: dict[str, Solution], color: str, fig: Figure) -> None:
     """The bands side by side at one scale."""
     drawings = []
     for label, state in bands.items():
         ax = fig.add_axes((0.0, 0.0, 0.1, 0.1), label=label)
-        render_band(state, ax=ax, color=color_of(name))
+        render_band(state, ax=ax, color=color)
         drawings.append((ax, np.ptp(ax.get_xlim()), np.ptp(ax.get_ylim())))
     page = np.array([TWO_COLUMN, INCHES])
     scale = min(1.75 / max(across for _, across, _ in drawings), 1.3 / max(up for _, _, up in drawings))
@@ -102,6 +102,6 @@ def _draw_bands(bands: dict[str, Solution], name: str, fig: Figure) -> None:
         size = np.array([across, up]) * scale
         middle = 0.2 + 0.31 * k
         ax.set_position((*((np.array([middle, 0.775]) * page - 0.5 * size) / page), *(size / page)))
-        fig.text(middle, 0.585, label, ha="center", fontsize=NOTE_SIZE + 1.0, color=color_of(name))
+        fig.text(middle, 0.585, label, ha="center", fontsize=NOTE_SIZE + 1.0, color=color)
     triad = fig.add_axes((0.0, 0.565, 0.07, 0.07 * TWO_COLUMN / INCHES))
     draw_triad(ax=triad)

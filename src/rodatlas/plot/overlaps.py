@@ -11,7 +11,7 @@ import numpy as np
 
 from rodatlas.plot.curves import Stretch
 from rodatlas.plot.placement import axes_box, dense, to_points
-from rodatlas.plot.style import STABLE_WIDTH, color_of
+from rodatlas.plot.style import STABLE_WIDTH
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -30,8 +30,8 @@ class Overlap:
     Attributes
     ----------
     hidden, top : the stretches, in the order in which they are drawn.
-    xy : (n, 2) shear and height along the hidden one.
-    over : (m, 2) shear and height along the other one.
+    xy : (n, 2) value and response along the hidden one.
+    over : (m, 2) value and response along the other one.
     """
 
     hidden: Stretch
@@ -40,7 +40,7 @@ class Overlap:
     over: np.ndarray
 
     def __repr__(self) -> str:
-        return f"Overlap({self.top.name} over {self.hidden.name}, shear {self.xy[0, 0]:.4g} to {self.xy[-1, 0]:.4g})"
+        return f"Overlap({self.top.name} over {self.hidden.name}, at {self.xy[0, 0]:.4g} to {self.xy[-1, 0]:.4g})"
 
 
 def overlaps_of(stretches: Sequence[Stretch], ax: Axes) -> list[Overlap]:
@@ -63,7 +63,7 @@ def draw_overlaps(overlaps: Sequence[Overlap], ax: Axes) -> None:
     ----------
     overlaps : all those with that stretch on top.
     """
-    _alternate([(o.xy, color_of(o.hidden.name)) for o in overlaps], ax, lw=STABLE_WIDTH, zorder=3, gid="alternating")
+    _alternate([(o.xy, o.hidden.color) for o in overlaps], ax, lw=STABLE_WIDTH, zorder=3, gid="alternating")
 
 
 def draw_coinciding(lines: Sequence[Line2D], ax: Axes) -> None:

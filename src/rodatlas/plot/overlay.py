@@ -2,16 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from rodatlas.plot.curves import slice_stretches
-from rodatlas.plot.heading import SHEAR_LABEL
 from rodatlas.plot.inset import draw_insets
 from rodatlas.plot.panel import NOTE_SIZE, NUMBER_SIZE, Drawn, draw_curves, draw_heading, label_events, label_states
 from rodatlas.plot.placement import dense, to_points
+from rodatlas.plot.protocols import SettingsLike
 from rodatlas.plot.style import (
     FAINT,
     INK,
@@ -20,6 +20,7 @@ from rodatlas.plot.style import (
     TWO_COLUMN,
     UNNAMED,
     color_of,
+    colors_of,
     label_of,
     new_figure,
     styled,
@@ -69,8 +70,8 @@ def draw_overlay(slice_: Any, comparison: Any) -> Figure:
         label_events(drawn, top)
         draw_insets(drawn, top)
         label_states(drawn, top)
-        _draw_bars(groups, comparison, labels, low)
-        _label_axis(comparison, top, low)
+        _draw_bars(groups, comparison, labels, colors_of(slice_), low)
+        _label_axis(slice_.settings, comparison, top, low)
         _draw_key(labels, low)
         fig.draw_without_rendering()
     return fig
@@ -89,10 +90,10 @@ def _groups(slice_: Any, comparison: Any) -> list[tuple[str, list[Any], list[Any
 
 def _draw_along(slice_: Any, comparison: Any, labels: Sequence[str], drawn: Drawn, ax: Axes) -> None:
     """Ranges beside the curves of their states; labels keep clear of them."""
-    stretches = slice_stretches(slice_)
+    stretches, colors, settings = slice_stretches(slice_), colors_of(slice_), slice_.settings
     for check in (c for c in comparison.checks if c.computed is not None):
-        color, k = color_of(check.computed.name), labels.index(check.measurement.label)
-        curve = _curve(stretches, check.computed)
+        color, k = color_of(check.computed.name, colors), labels.index(check.measurement.label)
+        curve = _curve(stretches, check.computed, settings)
         low, high = (end.measured * comparison.scale for end in (check.low, check.high))
         path = _shifted(ax, _between(curve, low, high), APART * (k + 1))
         ax.plot(*path.T, color=color, lw=WIDTHS, alpha=0.55, zorder=2.5, gid="measured", solid_capstyle="butt")
@@ -117,21 +118,22 @@ def _draw_end(end: Any, place: np.ndarray, scale: float, color: str, symbol: str
     )  # fmt: skip
 
 
-def _curve(stretches: Sequence[Any], state: Any) -> np.ndarray:
-    """(n, 2) shear and height along a named state, the shear increasing."""
+def _curve(stretches: Sequence[Any], state: Any, settings: SettingsLike) -> np.ndarray:
+    """(n, 2) value and response along a named state, the value increasing."""
     parts = [s.xy for s in stretches if s.name == state.name and s.branch == state.branch]
-    low, high = state.low.shear - 1e-9, state.high.shear + 1e-9
-    every = np.concatenate(parts) if parts else np.array([(s["dD"], s["height"]) for s in state.solutions])
+    low, high = state.low.value - 1e-9, state.high.value + 1e-9
+    places = [(settings.value(s), settings.response(s)) for s in state.solutions]
+    every = np.concatenate(parts) if parts else np.array(places)
     every = every[(every[:, 0] >= low) & (every[:, 0] <= high)]
     return every[np.argsort(every[:, 0], kind="stable")]
 
 
 def _between(curve: np.ndarray, low: float, high: float) -> np.ndarray:
-    """The part of a curve between two shears; beyond its ends it goes on at the height that it has there."""
+    """The part of a curve between two values; beyond its ends it goes on at the response that it has there."""
     inner = curve[(curve[:, 0] > low) & (curve[:, 0] < high)]
     ends = np.array([low, high])
-    heights = np.interp(ends, *curve.T)
-    path = np.vstack([(low, heights[0]), inner, (high, heights[1])])
+    responses = np.interp(ends, *curve.T)
+    path = np.vstack([(low, responses[0]), inner, (high, responses[1])])
     beyond = [row for row in curve[[0, -1]] if low < row[0] < high]
     path = np.vstack([path, *beyond]) if beyond else path
     path = path[np.argsort(path[:, 0], kind="stable")]
@@ -139,7 +141,7 @@ def _between(curve: np.ndarray, low: float, high: float) -> np.ndarray:
 
 
 def _shifted(ax: Axes, path: np.ndarray, distance: float) -> np.ndarray:
-    """The path moved down so far that it keeps about a distance in points; its shears stay."""
+    """The path moved down so far that it keeps about a distance in points; its values stay."""
     points = to_points(ax, path)
     steps = np.abs(np.diff(points, axis=0))
     cosine = steps[:, 0].sum() / max(np.hypot(*steps.T).sum(), 1e-12)
@@ -148,17 +150,17 @@ def _shifted(ax: Axes, path: np.ndarray, distance: float) -> np.ndarray:
 
 
 def _draw_bars(groups: Sequence[tuple[str, list[Any], list[Any]]], comparison: Any, labels: Sequence[str],
-               ax: Axes) -> None:  # fmt: skip
+               colors: Mapping[str, str], ax: Axes) -> None:  # fmt: skip
     """A row for each computed state and below it one for each measured range."""
     y = 0.0
     ticks, names = [], []
     for name, computed, measured in groups:
-        color = color_of(name) if computed else UNNAMED
+        color = color_of(name, colors) if computed else UNNAMED
         y -= GROUP
         top = y
         y -= ROW
         for state in computed:
-            ax.plot(state.shear, [y, y], color=color, lw=STABLE_WIDTH, zorder=3, gid="computed", solid_capstyle="butt")
+            ax.plot(state.span, [y, y], color=color, lw=STABLE_WIDTH, zorder=3, gid="computed", solid_capstyle="butt")
             _draw_computed_end(state.low, y, -1, ax)
             _draw_computed_end(state.high, y, 1, ax)
         for check in measured:
@@ -190,26 +192,27 @@ def _draw_computed_end(end: Any, y: float, side: int, ax: Axes) -> None:
     if end.kind == "range":
         return
     if end.kind == "smooth":
-        ax.plot([end.shear], [y], ls="none", marker="|", ms=5.0, color=INK, mew=0.8, zorder=4)
+        ax.plot([end.value], [y], ls="none", marker="|", ms=5.0, color=INK, mew=0.8, zorder=4)
         return
-    ax.plot([end.shear], [y], zorder=4, **MARKERS["fold" if end.kind == "fold" else "branch point"])
+    ax.plot([end.value], [y], zorder=4, **MARKERS["fold" if end.kind == "fold" else "branch point"])
     if end.number is not None:
         ax.annotate(
-            str(end.number), xy=(end.shear, y), xytext=(4.0 * side, 0.0), textcoords="offset points",
+            str(end.number), xy=(end.value, y), xytext=(4.0 * side, 0.0), textcoords="offset points",
             ha="left" if side > 0 else "right", va="center_baseline", fontsize=NUMBER_SIZE - 0.5, color=INK, zorder=5,
         )  # fmt: skip
 
 
-def _label_axis(comparison: Any, top: Axes, low: Axes) -> None:
-    """One axis of shear below both panels, in L or in parts of the limiting shear."""
+def _label_axis(settings: SettingsLike, comparison: Any, top: Axes, low: Axes) -> None:
+    """One axis below both panels, in L or in parts of the limit of what varies."""
     top.set_xlabel("")
     top.tick_params(axis="x", labelbottom=False)
     if not comparison.normalized:
-        low.set_xlabel(SHEAR_LABEL)
+        low.set_xlabel(settings.control.label)
         return
     from matplotlib.ticker import FuncFormatter, MultipleLocator
 
-    low.set_xlabel(r"shear over limiting shear, $\Delta D/\Delta D_{\mathrm{max}}$")
+    name, symbol = settings.control.name, settings.control.symbol
+    low.set_xlabel(rf"{name} over limiting {name}, ${symbol}/{symbol}_{{\mathrm{{max}}}}$")
     low.xaxis.set_major_locator(MultipleLocator(0.2 * comparison.limit))
     low.xaxis.set_major_formatter(FuncFormatter(lambda x, _: f"{x / comparison.limit:.1f}"))
 

@@ -2,16 +2,18 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, replace
+from itertools import pairwise
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from rodatlas.plot.curves import Stretch, slice_stretches, unique_events
-from rodatlas.plot.heading import HEIGHT_LABEL, SHEAR_LABEL, setting_text
+from rodatlas.plot.curves import Mark, Stretch, slice_stretches, unique_events
+from rodatlas.plot.heading import setting_text
 from rodatlas.plot.overlaps import draw_overlaps, overlaps_of
 from rodatlas.plot.placement import Obstacles, around, axes_box, best_place, dense, text_size, to_points, uncovered
-from rodatlas.plot.protocols import EventLike, SettingsLike, SliceLike
+from rodatlas.plot.protocols import SettingsLike, SliceLike
 from rodatlas.plot.style import (
     FAINT,
     INK,
@@ -22,7 +24,6 @@ from rodatlas.plot.style import (
     UNSTABLE,
     UNSTABLE_DASHES,
     UNSTABLE_WIDTH,
-    color_of,
     label_of,
 )
 
@@ -32,8 +33,10 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 NUMBER_SIZE, NAME_SIZE, NOTE_SIZE = 7.5, 9.0, 7.0
-NEAR_LIMIT = 0.08  # the limiting shear is shown when the range ends this near to it
-GUTTER = 0.012
+NEAR_LIMIT = 0.08  # a limit of what varies is shown when the range ends this near to it, as a part of the limit
+ZERO = 0.5  # of the extent of all responses: the line of zero is shown where it is no farther from them
+BACK = -0.9  # cosine of the turn between two steps of a curve that goes back on itself
+GUTTER = 0.0138  # of the range, at both sides of it
 ROOMY = 6.0  # axes of so many inches have room for the whole legend beside the setting
 ROW: dict[str, Any] = {
     "borderaxespad": 0.1, "handlelength": 1.7, "columnspacing": 1.0, "handletextpad": 0.35, "borderpad": 0.3,
@@ -46,7 +49,7 @@ class Drawn:
     """What a diagram consists of, for those who add to it."""
 
     stretches: list[Stretch]
-    events: list[EventLike]
+    events: list[Mark]
     obstacles: Obstacles
 
     @property
@@ -63,44 +66,46 @@ def draw_curves(slice_: SliceLike, ax: Axes, *, free: tuple[float, float] = (0.0
     free : parts of the axes' height that are left free of the diagram, below and above it.
     """
     settings, stretches, events = slice_.settings, slice_stretches(slice_), unique_events(slice_)
-    low, high, limit = shear_view(settings)
-    bottom, top = height_range(stretches)
+    low, high, limit = value_view(settings)
+    bottom, top = response_range(stretches)
     full = (top - bottom) / (1.0 - sum(free))
     ax.set_xlim(low, high)
     ax.set_ylim(bottom - free[0] * full, top + free[1] * full)
     ax.set_yticks([t for t in ax.get_yticks() if bottom <= t <= top])
-    ax.plot([low, high], [0.0, 0.0], color=FAINT, lw=0.5, zorder=0.5)
-    ax.plot([0.0, 0.0], [bottom, top], color=FAINT, lw=0.5, zorder=0.5)
-    ax.set_xlabel(SHEAR_LABEL)
-    ax.set_ylabel(HEIGHT_LABEL)
+    if bottom < 0.0 < top:
+        ax.plot([low, high], [0.0, 0.0], color=FAINT, lw=0.5, zorder=0.5)
+    if low < 0.0 < high:
+        ax.plot([0.0, 0.0], [bottom, top], color=FAINT, lw=0.5, zorder=0.5)
+    ax.set_xlabel(settings.control.label)
+    ax.set_ylabel(settings.model.quantity(settings.against).label)
     drawn = _draw(stretches, events, (bottom, top), ax)
     if limit is not None:
-        _draw_limit(limit, (bottom, top), drawn.obstacles, ax)
+        _draw_limit(limit, f"limiting {settings.control.name}", (bottom, top), drawn.obstacles, ax)
     return drawn
 
 
-def draw_window(slice_: SliceLike, shears: tuple[float, float], heights: tuple[float, float], ax: Axes) -> Drawn:
-    """Curves and markers inside a window of shear and height."""
-    ax.set_xlim(*shears)
-    ax.set_ylim(*heights)
-    ax.plot(shears, [0.0, 0.0], color=FAINT, lw=0.5, zorder=0.5)
+def draw_window(slice_: SliceLike, values: tuple[float, float], responses: tuple[float, float], ax: Axes) -> Drawn:
+    """Curves and markers inside a window of value and response."""
+    ax.set_xlim(*values)
+    ax.set_ylim(*responses)
+    ax.plot(values, [0.0, 0.0], color=FAINT, lw=0.5, zorder=0.5)
+    window = (values, responses)
     inside = [
-        e for e in unique_events(slice_)
-        if shears[0] < e.special.solution["dD"] < shears[1] and heights[0] < e.special.solution["height"] < heights[1]
+        e for e in unique_events(slice_) if all(a < x < b for x, (a, b) in zip(e.place, window, strict=True))
     ]  # fmt: skip
-    return _draw(slice_stretches(slice_), inside, heights, ax)
+    return _draw(slice_stretches(slice_), inside, responses, ax)
 
 
 def draw_part(
-    stretches: list[Stretch], shears: tuple[float, float], heights: tuple[float, float], ax: Axes
+    stretches: list[Stretch], values: tuple[float, float], responses: tuple[float, float], ax: Axes
 ) -> Drawn:  # fmt: skip
-    """Given curves inside a window of shear and height, without markers."""
-    ax.set_xlim(*shears)
-    ax.set_ylim(*heights)
-    return _draw(stretches, [], heights, ax)
+    """Given curves inside a window of value and response, without markers."""
+    ax.set_xlim(*values)
+    ax.set_ylim(*responses)
+    return _draw(stretches, [], responses, ax)
 
 
-def _draw(stretches: list[Stretch], events: list[EventLike], heights: tuple[float, float], ax: Axes) -> Drawn:
+def _draw(stretches: list[Stretch], events: list[Mark], responses: tuple[float, float], ax: Axes) -> Drawn:
     """Curves and markers on axes that have their limits, and what labels must not cover."""
     _draw_stretches(stretches, ax)
     for event in events:
@@ -108,7 +113,7 @@ def _draw(stretches: list[Stretch], events: list[EventLike], heights: tuple[floa
     points = [dense(to_points(ax, s.xy)) for s in stretches]
     weights = [np.full(len(p), 1.5 if s.stable else 1.0) for p, s in zip(points, stretches, strict=True)]
     left, _, right, _ = axes_box(ax)
-    (_, lowest), (_, highest) = to_points(ax, np.array([[0.0, heights[0]], [0.0, heights[1]]]))
+    (_, lowest), (_, highest) = to_points(ax, np.array([[ax.get_xlim()[0], r] for r in responses]))
     border = (left, lowest + 2.0, right, highest - 2.0)
     samples, weight = (np.concatenate(points), np.concatenate(weights)) if points else (np.empty((0, 2)), np.empty(0))
     obstacles = Obstacles(samples, border, weights=weight)
@@ -117,20 +122,19 @@ def _draw(stretches: list[Stretch], events: list[EventLike], heights: tuple[floa
     return Drawn(stretches, events, obstacles)
 
 
-def shear_view(settings: SettingsLike) -> tuple[float, float, float | None]:
-    """Range of the shear axis, and the limiting shear if it lies within."""
-    from rodatlas.rods.band import limiting_shear
-
-    limit = limiting_shear(settings.compression)
-    low = settings.shear_min - GUTTER
-    if limit - settings.shear_max <= NEAR_LIMIT * limit:
-        return low, limit + 1.5 * GUTTER, limit
-    return low, settings.shear_max + GUTTER, None
+def value_view(settings: SettingsLike) -> tuple[float, float, float | None]:
+    """Range of the axis of what varies, and the limit of that if it lies within."""
+    limit = settings.control.limits(settings.setting).high
+    gutter = GUTTER * (settings.high - settings.low)
+    low = settings.low - gutter
+    if math.isfinite(limit) and limit - settings.high <= NEAR_LIMIT * abs(limit):
+        return low, limit + 1.5 * gutter, limit
+    return low, settings.high + gutter, None
 
 
 def draw_heading(settings: SettingsLike, drawn: Drawn, ax: Axes) -> None:
     """The setting on the left and the legend on the right, above the axes; its last entry below narrow ones."""
-    setting = setting_text(psi0=settings.angle_deg, dL=settings.compression, nu=settings.poisson)
+    setting = setting_text(settings.model.controls, settings.setting)
     ax.set_title(setting, loc="left", pad=5.0)
     narrow = ax.get_window_extent().width < ROOMY * ax.figure.dpi
     if drawn.touching and narrow:
@@ -202,7 +206,7 @@ def label_states(drawn: Drawn, ax: Axes) -> None:
         others = [dense(p, 3.0) for s, p in named if s.name != stretch.name]
         places = [(c, p + q) for (c, p), q in zip(places, _doubt(places, others), strict=True)]
         place, at = best_place(drawn.obstacles, size, places)
-        _write(text, anchors[at], place, size, NAME_SIZE, color_of(stretch.name), ax, lead=14.0)
+        _write(text, anchors[at], place, size, NAME_SIZE, stretch.color, ax, lead=14.0)
         drawn.obstacles.take(place, size)
 
 
@@ -268,47 +272,59 @@ def _draw_stretches(stretches: list[Stretch], ax: Axes) -> None:
     drawn, overlaps = np.empty((0, 2)), overlaps_of(stretches, ax)
     for stretch in stretches:
         if stretch.touching:
-            ax.plot(*stretch.xy.T, color=color_of(stretch.name), zorder=3, gid="touching", **TOUCHING)
+            ax.plot(*stretch.xy.T, color=stretch.color, zorder=3, gid="touching", **TOUCHING)
             continue
         if stretch.stable:
-            ax.plot(*stretch.xy.T, color=color_of(stretch.name), lw=STABLE_WIDTH, zorder=3, gid="stable")
+            ax.plot(*stretch.xy.T, color=stretch.color, lw=STABLE_WIDTH, zorder=3, gid="stable")
             draw_overlaps([o for o in overlaps if o.top is stretch], ax)
             continue
-        for piece in uncovered(stretch.xy, to_points(ax, stretch.xy), drawn):
-            ax.plot(*piece.T, color=UNSTABLE, lw=UNSTABLE_WIDTH, dashes=UNSTABLE_DASHES, zorder=2, gid="unstable")
-        drawn = np.concatenate([drawn, dense(to_points(ax, stretch.xy), 0.5)])
+        for way in _ways(stretch.xy, ax):
+            for piece in uncovered(way, to_points(ax, way), drawn):
+                ax.plot(*piece.T, color=UNSTABLE, lw=UNSTABLE_WIDTH, dashes=UNSTABLE_DASHES, zorder=2, gid="unstable")
+            drawn = np.concatenate([drawn, dense(to_points(ax, way), 0.5)])
 
 
-def _draw_event(event: EventLike, ax: Axes) -> None:
+def _ways(xy: np.ndarray, ax: Axes) -> list[np.ndarray]:
+    """A curve cut where it goes straight back, as one that passes a pitchfork between images of one response."""
+    steps = np.diff(to_points(ax, xy), axis=0)
+    cosine = np.einsum("ij,ij->i", steps[1:], steps[:-1]) / np.maximum(
+        np.hypot(*steps[1:].T) * np.hypot(*steps[:-1].T), 1e-300
+    )
+    cuts = [0, *(np.flatnonzero(cosine < BACK) + 1).tolist(), len(xy) - 1]
+    return [xy[a : b + 1] for a, b in pairwise(cuts)]
+
+
+def _draw_event(event: Mark, ax: Axes) -> None:
     kind = "fold" if event.kind == "fold" else "branch point"
-    place = event.special.solution
     zorder = 4.0 if kind == "fold" else 4.1
-    ax.plot([place["dD"]], [place["height"]], zorder=zorder, gid=kind, **MARKERS[kind])
+    ax.plot(*([x] for x in event.place), zorder=zorder, gid=kind, **MARKERS[kind])
 
 
-def _draw_limit(limit: float, heights: tuple[float, float], obstacles: Obstacles, ax: Axes) -> None:
-    """The limiting shear as a thin line, its name along it."""
-    ax.plot([limit, limit], heights, color=INK, lw=0.5, zorder=1, gid="limiting shear")
-    text = "limiting shear"
+def _draw_limit(
+    limit: float, text: str, responses: tuple[float, float], obstacles: Obstacles, ax: Axes
+) -> None:  # fmt: skip
+    """The limit of what varies as a thin line, its name along it."""
+    ax.plot([limit, limit], responses, color=INK, lw=0.5, zorder=1, gid="limit")
     ax.annotate(
-        text, xy=(limit, heights[1]), xytext=(-2.0, -5.0), textcoords="offset points", rotation=90, ha="right",
+        text, xy=(limit, responses[1]), xytext=(-2.0, -5.0), textcoords="offset points", rotation=90, ha="right",
         va="top", fontsize=NOTE_SIZE, color=INK,
     )  # fmt: skip
     length, thick = text_size(text, NOTE_SIZE)
-    (x, low), (_, high) = to_points(ax, np.array([[limit, heights[0]], [limit, heights[1]]]))
+    (x, low), (_, high) = to_points(ax, np.array([[limit, responses[0]], [limit, responses[1]]]))
     obstacles.take(np.array([x - 2.0 - 0.7 * thick, high - 5.0 - 0.5 * length]), (1.5 * thick, length))
     obstacles.take(np.array([x, 0.5 * (low + high)]), (1.0, high - low))
 
 
-def _places(ax: Axes, events: list[EventLike]) -> np.ndarray:
+def _places(ax: Axes, events: list[Mark]) -> np.ndarray:
     """(n, 2) places of events in points."""
-    xy = np.array([(e.special.solution["dD"], e.special.solution["height"]) for e in events]).reshape(-1, 2)
-    return to_points(ax, xy) if len(xy) else xy
+    return to_points(ax, np.array([e.place for e in events])) if events else np.empty((0, 2))
 
 
-def height_range(stretches: list[Stretch]) -> tuple[float, float]:
-    """Range of the height axis: all curves and the line of zero height, with some air."""
-    heights = np.concatenate([s.xy[:, 1] for s in stretches] + [np.zeros(1)])
-    low, high = float(heights.min()), float(heights.max())
-    air = 0.09 * (high - low)
+def response_range(stretches: list[Stretch]) -> tuple[float, float]:
+    """Range of the axis of responses: all curves, and the line of zero where that is near them, with some air."""
+    every = np.concatenate([s.xy[:, 1] for s in stretches] or [np.zeros(1)])
+    low, high = float(every.min()), float(every.max())
+    reach = ZERO * (high - low)
+    low, high = (0.0 if 0.0 < low < reach else low), (0.0 if -reach < high < 0.0 else high)
+    air = 0.09 * ((high - low) or 1.0)
     return low - air, high + air

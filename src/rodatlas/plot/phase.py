@@ -1,11 +1,11 @@
-"""The phase diagram: all loci in the plane of clamp angle and shear, shaded by the number of stable states; and one
-panel for each state with its region of stability.
+"""The phase diagram: all loci in the plane of two controls, shaded by the number of stable states; and one panel for
+each state with its region of stability.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from typing import TYPE_CHECKING, Any
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING, Any, Literal, NamedTuple
 
 import numpy as np
 
@@ -13,7 +13,18 @@ from rodatlas.continuation.checks import check_has
 from rodatlas.plot.heading import setting_text
 from rodatlas.plot.labels import label_lines
 from rodatlas.plot.loci import EVENTS, LINES, MARK, TITLE_PAD, draw_plane_axes, key_of
-from rodatlas.plot.style import INK, ONE_COLUMN, TWO_COLUMN, UNNAMED, check_axes, color_of, label_of, new_figure, styled
+from rodatlas.plot.style import (
+    INK,
+    ONE_COLUMN,
+    TWO_COLUMN,
+    UNNAMED,
+    check_axes,
+    color_of,
+    colors_in_order,
+    label_of,
+    new_figure,
+    styled,
+)
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -22,34 +33,37 @@ if TYPE_CHECKING:
 SMOOTH: dict[str, Any] = {"color": INK, "lw": 0.9, "ls": (0, (1.0, 1.6))}
 ELSEWHERE: dict[str, Any] = {"color": "#C4C4C4", "lw": 0.4, "ls": "-"}  # loci that do not bound a state's region
 THIN = 0.6  # width of pieces of loci without a number
+LEAST_PAD = 0.006  # of the plane, around the mark of a close-up
 SIDE = 1.3  # width of the sides of a state's region
 # Heights in inches: of the plane, below it, of its key above, of close-ups; of a row of panels and the line above them.
 PLANE, BELOW, ABOVE, CLOSER, ROW, HEAD = 4.1, 0.42, 0.58, 2.1, 2.0, 0.25
-SHORT_ANGLE_LABEL, SHORT_SHEAR_LABEL = r"$\psi_0$  (degrees)", r"$\Delta D$  (units of $L$)"
-# Close-ups: angles in degrees and shears, title, corner at which the letter stands; drawn when the diagram covers them.
-CLOSE_UPS = (
-    ((0.0, 0.7, 0.5465, 0.5505), "birth of w", "lower"),
-    ((26.0, 28.4, 0.305, 0.385), "w meets U", "upper"),
-    ((30.56, 30.72, 0.6335, 0.6405), "U–w meets uUui", "upper"),
-    ((71.6, 74.2, 0.355, 0.465), "between 12 and 17", "upper"),
-)
-PANEL_ORDER = ("U", "w", "uUui", "uUu", "US+-", "WS+-", "W", "S+-", "TU+-", "TW+-")
+Window = tuple[float, float, float, float]
+"""Least and largest value of the second control, least and largest of the first."""
 
 
-def draw_phase_figure(diagram: Any) -> Figure:
+class CloseUp(NamedTuple):
+    """A part of a plane that is shown larger: where, its title, and the corner at which its letter stands."""
+
+    window: Window
+    title: str
+    corner: Literal["upper", "lower"]
+
+
+def draw_phase_figure(diagram: Any, close_ups: Sequence[CloseUp] = ()) -> Figure:
     """The whole plane with numbers on its loci, and close-ups of what is too small to see in it.
 
     Parameters
     ----------
     diagram : a :class:`rodatlas.atlas.PhaseDiagram`.
+    close_ups : of which those are drawn that the diagram covers.
 
     Returns
     -------
     a figure as wide as a page.
     """
     check_has("diagram", diagram, ("settings", "faces", "names"), "a PhaseDiagram, see PhaseDiagram.load")
-    frame = diagram.settings.frame
-    shown = [close_up for close_up in CLOSE_UPS if _inside(close_up[0], frame)]
+    settings = diagram.settings
+    shown = [close_up for close_up in close_ups if _inside(close_up.window, settings.frame)]
     with styled():
         height = BELOW + PLANE + ABOVE + (CLOSER if shown else 0.0)
         fig = new_figure(TWO_COLUMN, height)
@@ -60,26 +74,26 @@ def draw_phase_figure(diagram: Any) -> Figure:
             ax = fig.add_axes((left, 0.38 / height, width, 1.45 / height))
             draw_phase(diagram, box, ax=ax)
             ax.set_title(f"({chr(98 + k)}) {title}", fontsize=8.0, loc="left", pad=3.0)
-            ax.set_xlabel(SHORT_ANGLE_LABEL, labelpad=1.0)
-            ax.set_ylabel(SHORT_SHEAR_LABEL if k == 0 else "", labelpad=1.0)
+            ax.set_xlabel(settings.second_control.short_label, labelpad=1.0)
+            ax.set_ylabel(settings.along_control.short_label if k == 0 else "", labelpad=1.0)
             ax.tick_params(labelsize=7.0)
             _mark(box, chr(98 + k), corner, main)
     return fig
 
 
 def draw_phase(
-    diagram: Any, window: tuple[float, float, float, float] | None = None,
+    diagram: Any, window: Window | None = None,
     keep_clear: Sequence[tuple[float, float]] = (), ax: Axes | None = None,
 ) -> Axes:  # fmt: skip
     """The plane or a window of it: shading, lines, special points, numbers.
 
-    Above the whole plane stand the compression, Poisson's ratio and the meaning of lines, marks and shades.
+    Above the whole plane stand the values of the other controls and the meaning of lines, marks and shades.
 
     Parameters
     ----------
     diagram : a :class:`rodatlas.atlas.PhaseDiagram`.
-    window : smallest and largest angle, smallest and largest shear; the whole diagram by default.
-    keep_clear : points (angle, shear) at which no number shall stand.
+    window : the whole diagram by default.
+    keep_clear : points (second control, first control) at which no number shall stand.
     ax : where to draw; a figure as wide as a page by default.
 
     Returns
@@ -107,7 +121,7 @@ def draw_phase(
         texts = [x.label.replace("'", "′") if _is_named(x) or window is not None else "" for x in lines]
         colors = [_style(x)["color"] for x in lines]
         label_lines([x.points for x in lines], texts, colors, ax, keep_clear=keep_clear)
-        draw_plane_axes(ax)
+        draw_plane_axes(diagram.settings, ax)
         if window is None:
             _draw_key(diagram, ax)
         else:
@@ -116,12 +130,13 @@ def draw_phase(
     return ax
 
 
-def draw_phase_states(diagram: Any) -> Figure:
+def draw_phase_states(diagram: Any, first: Sequence[str] = ()) -> Figure:
     """One panel for each state: where it is stable, and which loci bound that region.
 
     Parameters
     ----------
     diagram : a :class:`rodatlas.atlas.PhaseDiagram`.
+    first : names of states that come first, in this order.
 
     Returns
     -------
@@ -130,7 +145,8 @@ def draw_phase_states(diagram: Any) -> Figure:
     check_has("diagram", diagram, ("settings", "faces", "names"), "a PhaseDiagram, see PhaseDiagram.load")
     from matplotlib.ticker import MaxNLocator
 
-    names = [n for n in PANEL_ORDER if n in diagram.names]
+    names = [name for name in dict.fromkeys((*first, *diagram.names)) if name in diagram.names]
+    settings = diagram.settings
     columns = 5
     rows = -(-len(names) // columns)
     with styled():
@@ -144,8 +160,8 @@ def draw_phase_states(diagram: Any) -> Figure:
             last = k + columns >= len(names)
             ax.tick_params(labelleft=column == 0, labelbottom=last, labelsize=7.0)
             ax.xaxis.set_major_locator(MaxNLocator(4, prune="upper"))
-            ax.set_xlabel(SHORT_ANGLE_LABEL if last else "", labelpad=1.0)
-            ax.set_ylabel(SHORT_SHEAR_LABEL if column == 0 else "", labelpad=1.0)
+            ax.set_xlabel(settings.second_control.short_label if last else "", labelpad=1.0)
+            ax.set_ylabel(settings.along_control.short_label if column == 0 else "", labelpad=1.0)
         _draw_states_key(diagram, fig)
     return fig
 
@@ -156,7 +172,7 @@ def draw_region(diagram: Any, name: str, ax: Axes | None = None) -> Axes:
     Parameters
     ----------
     diagram : a :class:`rodatlas.atlas.PhaseDiagram`.
-    name : of the state, of a pair that of both: 'US+-'.
+    name : of the state, of a pair that of both: 'A2+-'.
     ax : where to draw; a figure of one column by default.
 
     Returns
@@ -173,12 +189,12 @@ def draw_region(diagram: Any, name: str, ax: Axes | None = None) -> Axes:
     if name not in diagram.names:
         raise ValueError(f"name: expected one of {', '.join(diagram.names)}, got '{name}'")
     frame = diagram.settings.frame
-    color = color_of(name)
+    color = color_of(name, colors_in_plane(diagram))
     with styled():
         if ax is None:
             ax = new_figure(ONE_COLUMN, ONE_COLUMN).add_axes((0.15, 0.13, 0.82, 0.78))
             ax.set_title(_setting(diagram), loc="left", pad=TITLE_PAD)
-            draw_plane_axes(ax)
+            draw_plane_axes(diagram.settings, ax)
         ax.set_xlim(frame[0], frame[1])
         ax.set_ylim(frame[2], frame[3])
         for line in diagram.lines:
@@ -192,16 +208,22 @@ def draw_region(diagram: Any, name: str, ax: Axes | None = None) -> Axes:
                 clouds.append(side.points)
                 texts.append(side.label if kinds[side.label].kind != "smooth" and _is_named(kinds[side.label]) else "")
         for interval in (i for i in diagram.edge if i.name == name and not diagram.state_regions(name)):
+            only = diagram.settings.second_control.equation(interval.second)
             style: dict[str, Any] = {"color": color, "lw": 4.0, "solid_capstyle": "butt", "clip_on": False}
-            ax.plot([0.0, 0.0], [interval.low, interval.high], **style)
+            ax.plot([interval.second] * 2, [interval.low, interval.high], **style)
             ax.annotate(
-                r"only at $\psi_0=0$", (0.0, 0.5 * (interval.low + interval.high)), (8, 0), fontsize=7.5,
+                f"only at ${only}$", (interval.second, 0.5 * (interval.low + interval.high)), (8, 0), fontsize=7.5,
                 textcoords="offset points", va="center",
             )  # fmt: skip
         label_lines(clouds, texts, [color] * len(clouds), ax, size=7.5)
         ax.text(0.97, 0.95, label_of(name), transform=ax.transAxes, ha="right", va="top", fontsize=10.0, color=color,
                 bbox={"boxstyle": "round,pad=0.15", "fc": "white", "ec": "none"}, zorder=6)  # fmt: skip
     return ax
+
+
+def colors_in_plane(diagram: Any) -> Mapping[str, str]:
+    """Colors of the states of a plane by name: those of a nomenclature that has some."""
+    return diagram.settings.nomenclature.colors or colors_in_order(diagram.names)
 
 
 def count_colors(diagram: Any) -> dict[int, Any]:
@@ -242,10 +264,10 @@ def _fill(rings: Sequence[np.ndarray], color: Any, ax: Axes, *, alpha: float = 1
 
 
 def _draw_events(diagram: Any, ax: Axes) -> None:
-    """Special points, those at which a locus is extreme in shear left out: nothing happens to a slice there."""
+    """Special points, without those at which a locus is extreme in the control along slices: there nothing happens."""
     for e in diagram.events:
-        if e.parameter != "shear":
-            ax.plot(e.angle_deg, e.shear, zorder=4, **MARK, **EVENTS[e.kind])
+        if e.parameter != diagram.settings.along:
+            ax.plot(e.second, e.value, zorder=4, **MARK, **EVENTS[e.kind])
 
 
 def _mark(box: Sequence[float], letter: str, where: str, ax: Axes) -> None:
@@ -253,7 +275,8 @@ def _mark(box: Sequence[float], letter: str, where: str, ax: Axes) -> None:
     from matplotlib.patches import Rectangle
 
     (x0, x1, y0, y1) = box
-    pad_x, pad_y = max(0.4, 0.1 * (x1 - x0)), max(0.006, 0.1 * (y1 - y0))
+    (left, right), (bottom, top) = ax.get_xlim(), ax.get_ylim()
+    pad_x, pad_y = max(LEAST_PAD * (right - left), 0.1 * (x1 - x0)), max(LEAST_PAD * (top - bottom), 0.1 * (y1 - y0))
     corner, size = (x0 - pad_x, y0 - pad_y), (x1 - x0 + 2 * pad_x, y1 - y0 + 2 * pad_y)
     ax.add_patch(Rectangle(corner, *size, fc="none", ec=INK, lw=0.6, zorder=4.5))
     at, shift = ((x1 + pad_x, y1 + pad_y), (1.5, 1.0)) if where == "upper" else ((x1 + pad_x, y0 - pad_y), (1.0, -6.5))
@@ -261,7 +284,7 @@ def _mark(box: Sequence[float], letter: str, where: str, ax: Axes) -> None:
 
 
 def _setting(diagram: Any) -> str:
-    return setting_text(dL=diagram.settings.compression, nu=diagram.settings.poisson)
+    return setting_text(diagram.settings.model.controls, diagram.settings.setting)
 
 
 def _draw_key(diagram: Any, ax: Axes) -> None:
@@ -269,9 +292,9 @@ def _draw_key(diagram: Any, ax: Axes) -> None:
     from matplotlib.lines import Line2D
     from matplotlib.patches import Patch
 
-    events = {e.kind for e in diagram.events if e.parameter != "shear"}
+    events = {e.kind for e in diagram.events if e.parameter != diagram.settings.along}
     kinds = {x.kind for x in diagram.lines}
-    handles = key_of(kinds, events)
+    handles = key_of(diagram.settings, kinds, events)
     if any(not _is_named(x) and x.kind != "smooth" for x in diagram.lines):
         handles.insert(len(kinds - {"smooth"}), Line2D([], [], color=UNNAMED, lw=THIN, label="without a number"))
     if "smooth" in kinds:

@@ -10,7 +10,7 @@ import numpy as np
 from rodatlas.continuation.checks import check_type
 from rodatlas.plot.heading import ARCLENGTH_LABEL, CURVATURE_LABEL, TWIST_LABEL, setting_of
 from rodatlas.plot.overlaps import draw_coinciding
-from rodatlas.plot.style import FAINT, TWO_COLUMN, base_name, color_of, label_of, new_figure, styled
+from rodatlas.plot.style import FAINT, TWO_COLUMN, base_name, color_of, colors_in_order, label_of, new_figure, styled
 from rodatlas.rods.band import NARROW
 from rodatlas.rods.contact import self_contact
 from rodatlas.rods.state import RodState
@@ -35,13 +35,14 @@ PANELS: tuple[tuple[str, Callable[[RodState], np.ndarray]], ...] = (
 )
 
 
-def draw_profiles(states: Mapping[str, Solution]) -> Figure:
+def draw_profiles(states: Mapping[str, Solution], colors: Mapping[str, str] | None = None) -> Figure:
     """Draw curvature, twist, tension and energy density over the arclength, one color for each state.
 
     Parameters
     ----------
-    states : name -> solution, all at one setting; a member of a +/- pair is named 'US+', and stands for both unless
+    states : name -> solution, all at one setting; a member of a +/- pair is named 'A2+', and stands for both unless
         the other one is there too, which is then dashed.
+    colors : by name, such as :func:`rodatlas.plot.colors_of` gives for a slice; distinct ones by default.
 
     Returns
     -------
@@ -51,13 +52,14 @@ def draw_profiles(states: Mapping[str, Solution]) -> Figure:
     if not states:
         raise ValueError("states: expected at least one solution, got none")
     s = np.linspace(0.0, 1.0, SAMPLES)
+    colors = colors_in_order(states) if colors is None else colors
     sampled = {name: RodState(x).at(s) for name, x in states.items()}
     with styled():
         fig = new_figure(TWO_COLUMN, HEIGHT)
         panels = fig.subplots(2, 2, sharex=True)
         fig.subplots_adjust(left=0.077, right=0.988, bottom=0.118, top=0.905, wspace=0.2, hspace=0.1)
         for letter, ax, (title, field) in zip("abcd", panels.ravel(), PANELS, strict=True):
-            _draw_panel({name: field(x) for name, x in sampled.items()}, s, letter, title, ax)
+            _draw_panel({name: field(x) for name, x in sampled.items()}, colors, s, letter, title, ax)
         for ax in panels[1]:
             ax.set_xlabel(ARCLENGTH_LABEL)
         fig.align_ylabels(panels[:, 0])
@@ -67,14 +69,16 @@ def draw_profiles(states: Mapping[str, Solution]) -> Figure:
     return fig
 
 
-def _draw_panel(curves: Mapping[str, np.ndarray], s: np.ndarray, letter: str, title: str, ax: Axes) -> None:
+def _draw_panel(
+    curves: Mapping[str, np.ndarray], colors: Mapping[str, str], s: np.ndarray, letter: str, title: str, ax: Axes
+) -> None:
     """One field of all states over the arclength."""
     ax.axhline(0.0, color=FAINT, lw=0.5, zorder=0.5)
     solid = []
     for name, values in curves.items():
         mirrored = name.endswith("-") and f"{name[:-1]}+" in curves
         style: dict[str, Any] = {"lw": 1.0, "ls": (0, (3.0, 1.2))} if mirrored else {"lw": 1.3, "ls": "-"}
-        (line,) = ax.plot(s, values, color=color_of(name), label=label_of(name), gid=name, **style)
+        (line,) = ax.plot(s, values, color=color_of(name, colors), label=label_of(name), gid=name, **style)
         solid += [] if mirrored else [line]
     ax.set_xlim(0.0, 1.0)
     low = min(float(v.min()) for v in curves.values())

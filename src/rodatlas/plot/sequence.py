@@ -7,7 +7,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from rodatlas.plot.heading import ARCLENGTH_LABEL, CURVATURE_LABEL, TWIST_LABEL, equation, setting_of
+from rodatlas.model.model import parameters_of
+from rodatlas.plot.heading import ARCLENGTH_LABEL, CURVATURE_LABEL, TWIST_LABEL, setting_of
 from rodatlas.plot.overlaps import draw_coinciding
 from rodatlas.plot.panel import NAME_SIZE
 from rodatlas.plot.profiles import SAMPLES
@@ -19,17 +20,18 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
     from rodatlas.continuation import Solution
+    from rodatlas.model import Control
 
 INCHES = 4.2
 SEQUENCE = ("#031C97", "#237EEB", "#09AF6B", "#D68A00", "#860228", "#3B2658")
 
 
-def draw_sequence(states: Sequence[Solution], parameter: str) -> Figure:
+def draw_sequence(states: Sequence[Solution], control: Control) -> Figure:
     """Draw states of one branch.
 
     Parameters
     ----------
-    states : one to six, in order. parameter : 'dD', 'dL' or 'psi0', in which they differ.
+    states : one to six, in order. control : in which they differ.
 
     Returns
     -------
@@ -46,7 +48,7 @@ def draw_sequence(states: Sequence[Solution], parameter: str) -> Figure:
         for letter, ax, (curves, title) in zip("ab", panels, fields, strict=True):
             ax.axhline(0.0, color=FAINT, lw=0.5, zorder=0.5)
             lines = [
-                ax.plot(s, values, color=color, lw=1.3, gid=f"{state[parameter]:g}")[0]
+                ax.plot(s, values, color=color, lw=1.3, gid=f"{state[control.parameter]:g}")[0]
                 for color, state, values in zip(SEQUENCE, states, curves, strict=False)
             ]
             ax.set_xlim(0.0, 1.0)
@@ -54,22 +56,17 @@ def draw_sequence(states: Sequence[Solution], parameter: str) -> Figure:
             ax.set_xlabel(ARCLENGTH_LABEL)
             ax.set_ylabel(title, labelpad=2.0)
             ax.text(0.018, 0.965, f"({letter})", transform=ax.transAxes, va="top", ha="left")
-        fig.text(0.078, 0.965, setting_of(states[0], without=(parameter,)), va="center", ha="left", fontsize=9.0)
-        _draw_bands(states, parameter, fig)
+        fig.text(0.078, 0.965, setting_of(states[0], without=(control.name,)), va="center", ha="left", fontsize=9.0)
+        _draw_bands(states, control, fig)
         fig.draw_without_rendering()
     return fig
 
 
-def _equation(state: Solution, name: str) -> str:
-    """A parameter and its value."""
-    return equation(name, float(np.degrees(state[name])) if name == "psi0" else state[name])
-
-
-def _draw_bands(states: Sequence[Solution], parameter: str, fig: Figure) -> None:
+def _draw_bands(states: Sequence[Solution], control: Control, fig: Figure) -> None:
     """All bands at one scale, each with its value below."""
     drawings = []
     for color, state in zip(SEQUENCE, states, strict=False):
-        ax = fig.add_axes((0.0, 0.0, 0.1, 0.1), label=f"band {state[parameter]:g}")
+        ax = fig.add_axes((0.0, 0.0, 0.1, 0.1), label=f"band {state[control.parameter]:g}")
         render_band(state, ax=ax, color=color)
         drawings.append((ax, np.ptp(ax.get_xlim()), np.ptp(ax.get_ylim())))
     page = np.array([TWO_COLUMN, INCHES])
@@ -83,6 +80,7 @@ def _draw_bands(states: Sequence[Solution], parameter: str, fig: Figure) -> None
         middle = 0.06 + (k + 0.5) * cell
         corner = np.array([middle, 0.81]) * page - 0.5 * size
         ax.set_position((*(corner / page), *(size / page)))
-        fig.text(middle, 0.65, _equation(state, parameter), color=SEQUENCE[k], ha="center", fontsize=NAME_SIZE)
+        equation = control.equation(control.value(parameters_of(state)))
+        fig.text(middle, 0.65, f"${equation}$", color=SEQUENCE[k], ha="center", fontsize=NAME_SIZE)
     triad = fig.add_axes((0.004, 0.63, 0.07, 0.07 * TWO_COLUMN / INCHES))
     draw_triad(ax=triad)

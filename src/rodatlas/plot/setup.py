@@ -28,12 +28,14 @@ THIN: dict[str, Any] = {"color": INK, "lw": 0.6, "zorder": 8}
 DIRECTOR_COLORS = ("#860228", "#09AF6B", "#031C97")
 
 
-def draw_setup(states: Mapping[str, tuple[Solution, float]], view: View = DEFAULT_VIEW) -> Figure:
+def draw_setup(
+    states: Mapping[str, tuple[Solution, float]], colors: Mapping[str, str], view: View = DEFAULT_VIEW
+) -> Figure:
     """Draw bands side by side with what defines their setting.
 
     Parameters
     ----------
-    states : name -> solution, and the arclength at which its directors are drawn.
+    states : name -> solution, and the arclength at which its directors are drawn. colors : by name.
 
     Returns
     -------
@@ -44,7 +46,7 @@ def draw_setup(states: Mapping[str, tuple[Solution, float]], view: View = DEFAUL
         drawings = []
         for k, (name, (solution, at)) in enumerate(states.items()):
             ax = fig.add_axes((0.0, 0.0, 0.1, 0.1), label=name)
-            render_band(solution, WIDTH, view, ax, color=color_of(name), margin=0.14)
+            render_band(solution, WIDTH, view, ax, color=color_of(name, colors), margin=0.14)
             _draw_lengths(solution, view, ax)
             for end in (0, 1):
                 _draw_angle(solution, view, end, ax)

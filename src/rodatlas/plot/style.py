@@ -1,35 +1,25 @@
-"""One look for all figures: colors of the named states, type, line widths, sizes, and how figures are saved."""
+"""One look for all figures: colors of states, type, line widths, sizes, and how figures are saved."""
 
 from __future__ import annotations
 
 import io
 import os
 import sys
+from collections.abc import Iterable, Mapping
 from contextlib import AbstractContextManager
+from itertools import cycle
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from rodatlas.continuation.checks import check_has, check_type, shown
+from rodatlas.model.nomenclature import PALETTE
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-# One color for each state, the same in every figure. Any two differ by at least 24 CIE Lab units, also as seen with
-# protanopia and deuteranopia (Machado, Oliveira & Fernandes 2009), and stand out from white by at least 2.8 to 1.
-STATE_COLORS = {
-    "U": "#031C97",
-    "US+-": "#237EEB",
-    "uUu": "#09AF6B",
-    "w": "#D68A00",
-    "W": "#860228",
-    "WS+-": "#C684C4",
-    "uUui": "#3B2658",
-    "wi": "#8F48A0",
-    "S+-": "#7E6000",
-    "TU+-": "#7133FE",
-    "TW+-": "#4F7770",
-}
+    from rodatlas.plot.protocols import SliceLike
+
 UNNAMED = "#4A4A4A"
 INK, UNSTABLE, FAINT = "#1A1A1A", "#6E6E6E", "#DADADA"
 STABLE_WIDTH, UNSTABLE_WIDTH = 1.7, 0.65
@@ -80,19 +70,39 @@ RC: Any = {
 
 
 def base_name(name: str) -> str:
-    """The name that one of several states has: 'US+-' for 'US+' or 'US-', 'W' for 'W:2'; other names unchanged."""
+    """The name that one of several states has: 'A2+-' for 'A2+' or 'A2-', 'W' for 'W:2'; other names unchanged."""
     name = name.partition(":")[0]
     return name[:-1] + "+-" if name.endswith(("+", "-")) and not name.endswith("+-") else name
 
 
-def color_of(name: str | None) -> str:
-    """Color of a named state or of a member of a pair; gray for one without a name."""
+def color_of(name: str | None, colors: Mapping[str, str]) -> str:
+    """Color of a state, of a member of a pair, or of one of several of one name; gray for one that has none.
+
+    Parameters
+    ----------
+    colors : of the names, see :func:`colors_of` and :func:`colors_in_order`.
+    """
     check_type("name", name, (str, type(None)), "the name of a state")
-    return STATE_COLORS.get(base_name(name), UNNAMED) if name else UNNAMED
+    check_type("colors", colors, Mapping, "a mapping of names to colors, see colors_of")
+    return colors.get(base_name(name), UNNAMED) if name else UNNAMED
+
+
+def colors_of(slice_: SliceLike) -> Mapping[str, str]:
+    """Colors of the states of a slice by name: those of the nomenclature of its model where that names them."""
+    check_has("slice", slice_, ("settings", "branches", "states"), "a Slice, see compute_slice and Slice.load")
+    known = slice_.settings.model.nomenclature
+    if known is not None and slice_.settings.named:
+        return known.colors
+    return colors_in_order(state.name for state in slice_.states)
+
+
+def colors_in_order(names: Iterable[str]) -> dict[str, str]:
+    """Distinct colors by name, in order; the members of a pair share one, and so do states of one name."""
+    return dict(zip(dict.fromkeys(base_name(name) for name in names), cycle(PALETTE), strict=False))
 
 
 def label_of(name: str) -> str:
-    """A state's name as it is printed: 'US+-' as US±, 'US-' with a true minus sign; the number of 'W:2' stays."""
+    """A state's name as it is printed: 'A2+-' as A2±, 'A2-' with a true minus sign; the number of 'W:2' stays."""
     check_type("name", name, str, "the name of a state")
     name, colon, number = name.partition(":")
     if colon:

@@ -87,7 +87,7 @@ def _offsets(setting: Mapping[str, float]) -> Limits:
 CONTROLS = (  # in the order in which a state is carried to another setting
     Control("poisson", "a", r"\nu", 0.25, scale=2.0, origin=-1.0, limits=_ratios, usual=lambda at: (-0.5, 0.5),
             what="Poisson's ratio", short="nu"),
-    Control("compression", "dL", r"\Delta L", 0.5, limits=_compressions, usual=lambda at: (0.02, 0.95),
+    Control("compression", "dL", r"\Delta L", 0.5, of="L", limits=_compressions, usual=lambda at: (0.02, 0.95),
             what="compression", short="dL"),
     Control("angle", "psi0", r"\psi_0", 15.0, "deg", limits=_angles, usual=lambda at: (0.0, 85.0),
             wide=lambda at: (0.0, 80.0), what="clamp angle",
@@ -96,11 +96,11 @@ CONTROLS = (  # in the order in which a state is carried to another setting
             what="turn of the left clamp"),
     Control("turn-right", "turn_right", r"\delta_1", 0.0, "deg", limits=_turns, usual=lambda at: (-30.0, 30.0),
             what="turn of the right clamp"),
-    Control("offset", "dY", r"\Delta Y", 0.0, limits=_offsets, usual=lambda at: (-0.3, 0.3),
+    Control("offset", "dY", r"\Delta Y", 0.0, of="L", limits=_offsets, usual=lambda at: (-0.3, 0.3),
             what="offset of the clamps"),
     Control("twist", "twist_right", r"\chi", 0.0, "deg", limits=_twists, usual=lambda at: (-90.0, 90.0),
             what="twist of the right clamp"),
-    Control("shear", "dD", r"\Delta D", 0.0, limits=shear_limits, usual=usual_shears, wide=wide_shears,
+    Control("shear", "dD", r"\Delta D", 0.0, of="L", limits=shear_limits, usual=usual_shears, wide=wide_shears,
             care=lambda value, at: near_limit(value, at["compression"], at.get("offset", 0.0)), what="shear",
             short="dD"),
     Control("angle-left", "turn_left", r"\psi_0", 15.0, "deg", added=("psi0",), limits=_turns,
@@ -172,7 +172,7 @@ def _quantities(read: Callable[[Solution], RodState]) -> tuple[Quantity, ...]:
         return lambda solution: float(getattr(read(solution), field)[-1, axis])
 
     return (
-        Quantity.of("height", "h", what="height"),
+        Quantity.of("height", r"h=\int y\,\mathrm{d}s", "L", "height"),
         Quantity.of("energy", "E", "GJ/L", "energy"),
         Quantity("force-x", "n_x", load("force", 0), "GJ/L^2", what="force along the chord", conjugate="compression"),
         Quantity("force-y", "n_y", load("force", 1), "GJ/L^2", what="force across the clamp plane", conjugate="offset"),

@@ -109,7 +109,7 @@ def test_a_slice_that_was_killed_resumes_with_its_finished_branches(tmp_path, ne
         "import sys\nfrom rodatlas.atlas import SliceSettings\nfrom rodatlas.atlas.study import Study, run_study\n"
         "from dataclasses import replace\n"
         "if __name__ == '__main__':\n"
-        "    s = SliceSettings(15.0, shear_max=0.02, shear_min=0.0, tolerance=1e-6, search=0)\n"
+        "    s = band_slice(15.0, shear_max=0.02, shear_min=0.0, tolerance=1e-6, search=0)\n"
         f"    run_study(Study.of('slice', [s, replace(s, poisson=0.3)]), {str(tmp_path)!r}, workers=1)\n"
     )
     running = subprocess.Popen([sys.executable, "-c", code], start_new_session=True)

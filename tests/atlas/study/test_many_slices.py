@@ -1,15 +1,14 @@
 """Slices computed by two processes equal those computed here, and are read back by the same call."""
 
-from dataclasses import replace
 
 import pytest
 
-from rodatlas.atlas import Slice, SliceSettings
-from rodatlas.atlas.slices.obtain import stem_of
+from rodatlas.atlas import Slice
 from rodatlas.atlas.study import TasksFailed, obtain_slices
+from rodatlas.paper.model import band_slice
 
-NEAR = SliceSettings(15.0, shear_max=0.02, shear_min=0.0, tolerance=1e-6, search=0)  # of the fixture near_zero
-OTHER = replace(NEAR, poisson=0.3)
+NEAR = band_slice(15.0, shear_max=0.02, shear_min=0.0, tolerance=1e-6, search=0)  # of the fixture near_zero
+OTHER = NEAR.at(poisson=0.3)
 
 
 def values(slice_):
@@ -22,11 +21,11 @@ def test_two_processes_give_what_one_gives(tmp_path, near_zero):
     assert values(found[0]) == values(near_zero)
     assert found[0] is found[2]
     assert found[1].settings == OTHER
-    assert {p.name for p in tmp_path.iterdir()} == {f"{stem_of(s)}.h5" for s in (NEAR, OTHER)}
-    assert values(Slice.load(tmp_path / f"{stem_of(OTHER)}.h5")) == values(found[1])
+    assert {p.name for p in tmp_path.iterdir()} == {f"{s.stem}.h5" for s in (NEAR, OTHER)}
+    assert values(Slice.load(tmp_path / f"{OTHER.stem}.h5")) == values(found[1])
     assert said == []
     assert {done + left for _, done, left in heard} == {2}
-    assert {message.split(":")[0] for message, _, _ in heard} == {stem_of(NEAR), stem_of(OTHER)}
+    assert {message.split(":")[0] for message, _, _ in heard} == {NEAR.stem, OTHER.stem}
     # again: read, nothing computed, nothing written
     written = {p.name: p.stat().st_mtime_ns for p in tmp_path.iterdir()}
     again = obtain_slices([NEAR, OTHER], tmp_path)
@@ -35,7 +34,7 @@ def test_two_processes_give_what_one_gives(tmp_path, near_zero):
 
 
 def test_a_damaged_file_is_kept_and_computed_again(tmp_path):
-    path = tmp_path / f"{stem_of(NEAR)}.h5"
+    path = tmp_path / f"{NEAR.stem}.h5"
     path.write_bytes(b"no HDF5")
     said = []
     assert obtain_slices([NEAR], tmp_path, say=said.append)[0].settings == NEAR
@@ -45,9 +44,9 @@ def test_a_damaged_file_is_kept_and_computed_again(tmp_path):
 
 def test_what_cannot_be_computed_is_told_with_the_reason(tmp_path):
     """A folder in the way of the files of one slice: the other is there afterwards."""
-    (tmp_path / stem_of(NEAR)).write_text("in the way of its branches")
+    (tmp_path / NEAR.stem).write_text("in the way of its branches")
     said = []
     with pytest.raises(TasksFailed, match=r"1 of 2 slices could not be computed: slice-15\S+ \(ValueError: out: exp"):
         obtain_slices([NEAR, OTHER], tmp_path, say=said.append)
     assert len(said) == 2  # tried three times
-    assert Slice.load(tmp_path / f"{stem_of(OTHER)}.h5").settings == OTHER
+    assert Slice.load(tmp_path / f"{OTHER.stem}.h5").settings == OTHER

@@ -12,11 +12,11 @@ import h5py
 import pytest
 from cheap import CHEAP, CheapSettings, cheap, journal
 
-from rodatlas.atlas import LociSettings, SliceSettings
 from rodatlas.atlas.study import Study, list_folder, run_study
 from rodatlas.atlas.study.kinds import kind_of
 from rodatlas.atlas.study.local import LocalExecutor
 from rodatlas.atlas.study.task import Task, task_of
+from rodatlas.paper.model import band_loci, band_slice
 
 
 @pytest.fixture
@@ -120,20 +120,20 @@ def test_a_damaged_branch_of_an_unfinished_task_is_computed_again(tmp_path, thre
 
 
 def test_changed_settings_never_share_a_file():
-    base = SliceSettings(15.0)
+    base = band_slice(15.0)
     others = [
-        SliceSettings(15.0, tolerance=1e-7), SliceSettings(15.0, shear_max=0.8), SliceSettings(15.0, shear_min=0.0),
-        SliceSettings(15.0, poisson=0.250001), SliceSettings(15.0, 0.500001), SliceSettings(15.000001),
+        band_slice(15.0, tolerance=1e-7), band_slice(15.0, shear_max=0.8), band_slice(15.0, shear_min=0.0),
+        band_slice(15.0, poisson=0.250001), band_slice(15.0, 0.500001), band_slice(15.000001),
     ]  # fmt: skip
     stems = {task_of(s).stem for s in [base, *others]}
     assert len(stems) == 1 + len(others)
-    assert task_of(SliceSettings(15)).stem == task_of(base).stem
+    assert task_of(band_slice(15)).stem == task_of(base).stem
 
 
 def test_another_version_has_other_files(monkeypatch):
-    before = task_of(SliceSettings(15.0)).stem
+    before = task_of(band_slice(15.0)).stem
     monkeypatch.setattr("rodatlas.atlas.slices.settings.__version__", "9.9.9")
-    assert task_of(SliceSettings(15.0)).stem != before
+    assert task_of(band_slice(15.0)).stem != before
 
 
 def test_what_requires_a_failed_task_is_skipped_and_says_so(tmp_path, threads):
@@ -155,11 +155,11 @@ def test_required_tasks_run_first(tmp_path):
 
 
 def test_loci_require_their_slices():
-    study = Study.of("loci", [LociSettings(angle_max=57.0), SliceSettings(15.0, shear_max=0.82)])
+    study = Study.of("loci", [band_loci(angle_max=57.0), band_slice(15.0, shear_max=0.82)])
     kinds = [t.kind.name for t in study.tasks]
     assert kinds == ["slice", "slice", "loci"]  # at 15 and 55 degrees, each once; 60 is outside
     assert set(study.tasks[-1].requires) == {t.stem for t in study.tasks[:2]}
-    assert kind_of(LociSettings()).name == "loci"
+    assert kind_of(band_loci()).name == "loci"
 
 
 def test_a_full_disk_stops_the_study_in_one_line_and_costs_nothing_finished(tmp_path, threads):

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 from rodatlas.atlas.experiments.measured import BEYOND, Measurement
 from rodatlas.atlas.experiments.sensitivity import sensitivity
 from rodatlas.atlas.slices.result import Slice, State, StateEnd
+from rodatlas.atlas.slices.settings import SliceSettings
 from rodatlas.rods.band import limiting_shear
 from rodatlas.rods.units import BandUnits, ClampErrors
 
@@ -17,6 +18,7 @@ if TYPE_CHECKING:
     from rodatlas.continuation.table import Table
 
 SCHEMA = "rodatlas/overlay/1"
+SHEAR = "shear"
 SAME = 1e-9  # an end of a state and its bifurcation are one solution
 
 
@@ -150,7 +152,8 @@ def compare(slice_: Slice, measurements: Sequence[Measurement], errors: ClampErr
     ValueError
         when a row lacks what its conversion needs, or lies beyond the limiting shear.
     """
-    compression = slice_.settings.compression
+    check_along_shear(slice_.settings)
+    compression = slice_.settings.setting["compression"]
     normalized, ranges = converted(measurements, compression)
     limit = limiting_shear(compression)
     errors = errors or ClampErrors()
@@ -158,6 +161,13 @@ def compare(slice_: Slice, measurements: Sequence[Measurement], errors: ClampErr
         _check(slice_, m, ends, normalized, limit, errors) for m, ends in zip(measurements, ranges, strict=True)
     )
     return Comparison(checks, normalized, limit)
+
+
+def check_along_shear(settings: SliceSettings) -> None:
+    """ValueError for a slice along another control than the shear, of which ranges are measured."""
+    if settings.along != SHEAR:
+        raise ValueError(f"overlay: expected a slice along {SHEAR}, of which ranges are measured, got one along "
+                         f"{settings.along}")  # fmt: skip
 
 
 def converted(measurements: Sequence[Measurement], compression: float) -> tuple[bool, list[tuple[float, float]]]:
@@ -187,22 +197,22 @@ def _check(
     slice_: Slice, m: Measurement, ends: tuple[float, float], normalized: bool, limit: float, errors: ClampErrors
 ) -> RangeCheck:
     """One measured range with the computed one."""
-    compression, scale = slice_.settings.compression, limit if normalized else 1.0
+    compression, scale = slice_.settings.setting["compression"], limit if normalized else 1.0
     low, high = ends
     state = _nearest(slice_, m.family, low * scale, high * scale)
     given = None if m.error is None else abs(m.convert(m.error, compression, normalized))
     if state is None:
-        seen = slice_.settings.shear_min, slice_.settings.shear_max
+        seen = slice_.settings.low, slice_.settings.high
         beyond = [m.family is not None and not seen[0] <= v * scale <= seen[1] for v in ends]
         notes = ["slice ends" if b else "no such state" for b in beyond]
         alone = [EndCheck(v, error=given, stated=given is not None, note=n) for v, n in zip(ends, notes, strict=True)]
         return RangeCheck(m, None, alone[0], alone[1])
 
     def check(value: float, end: StateEnd) -> EndCheck:
-        rest = value == 0.0 and end is state.low and end.shear < 0.0
+        rest = value == 0.0 and end is state.low and end.value < 0.0
         note = "from rest" if rest else "slice ends" if end.kind == "range" else ""
         error = given if given is not None else _clamp_error(slice_, end, m, errors, normalized)
-        computed = None if note else end.shear / scale
+        computed = None if note else end.value / scale
         return EndCheck(value, computed, error, given is not None, end.kind, end.number, note)
 
     return RangeCheck(m, state, check(low, state.low), check(high, state.high))
@@ -211,7 +221,7 @@ def _check(
 def _nearest(slice_: Slice, family: str | None, low: float, high: float) -> State | None:
     """The stable range of a name that shares the most with a measured one, or the nearest if none shares anything."""
     fitting = [s for s in slice_.states if s.name == family]
-    return max(fitting, key=lambda s: min(high, s.high.shear) - max(low, s.low.shear), default=None)
+    return max(fitting, key=lambda s: min(high, s.high.value) - max(low, s.low.value), default=None)
 
 
 def _clamp_error(slice_: Slice, end: StateEnd, m: Measurement, errors: ClampErrors, normalized: bool) -> float | None:
@@ -220,13 +230,13 @@ def _clamp_error(slice_: Slice, end: StateEnd, m: Measurement, errors: ClampErro
         return None
     here = [
         e.special for b in slice_.branches for e in b.events  # a pitchfork is an event of the branch that it is on
-        if math.hypot(e.special.solution["dD"] - end.shear, e.special.solution["height"] - end.height) < SAME
+        if math.hypot(e.value - end.value, e.response - end.response) < SAME
     ]  # fmt: skip
     slopes = sensitivity(here[0], slice_.settings.tolerance) if here else None
     if slopes is None:
         return None
-    units = BandUnits(m.band, slice_.settings.compression)
+    units = BandUnits(m.band, slice_.settings.setting["compression"])
     error = slopes.error(errors, units)
     if not normalized:
         return error
-    return math.hypot(error, end.shear / units.limit * errors.of_limit(units)) / units.limit
+    return math.hypot(error, end.value / units.limit * errors.of_limit(units)) / units.limit

@@ -8,7 +8,7 @@ stable stretch, and the number changes only where a state of the same kind comes
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from string import ascii_uppercase
 
 from rodatlas.atlas.slices.follow import Followed
@@ -31,7 +31,7 @@ class SeenNames:
 
     def __init__(self, settings: SliceSettings):
         self._settings = settings
-        self.colors: dict[str, str] = {}
+        self.colors: Mapping[str, str] = {}
 
     def applies(self, setting: object, along: str) -> bool:
         """It knows every setting."""

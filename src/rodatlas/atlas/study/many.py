@@ -6,7 +6,7 @@ import tempfile
 from collections.abc import Sequence
 from pathlib import Path
 
-from rodatlas.atlas.slices.obtain import obtain_slice, stem_of
+from rodatlas.atlas.slices.obtain import obtain_slice
 from rodatlas.atlas.slices.result import Slice
 from rodatlas.atlas.slices.settings import SliceSettings
 from rodatlas.atlas.stored import peek
@@ -68,14 +68,14 @@ def obtain_slices(
         missing = []
     found: dict[SliceSettings, Slice] = {}
     for done, s in enumerate(unique):
-        inner = None if progress is None else _Inner(progress, stem_of(s), done, len(unique) - done)
+        inner = None if progress is None else _Inner(progress, s.stem, done, len(unique) - done)
         found[s] = obtain_slice(s, folder, inner, fresh=fresh and s in missing, say=say if s in missing else silent)
     return [found[s] for s in settings]
 
 
 def _is_stored(folder: Path, settings: SliceSettings) -> bool:
     """Whether a folder holds the slice of these settings by this version."""
-    return peek(folder / f"{stem_of(settings)}.h5", SLICE.schema, settings, lambda file: True) is not None
+    return peek(folder / f"{settings.stem}.h5", SLICE.schema, settings, lambda file: True) is not None
 
 
 def _compute(
@@ -83,7 +83,7 @@ def _compute(
     say: Say,
 ) -> None:  # fmt: skip
     """Compute slices by several processes."""
-    tasks = [Task(SLICE, s, stem_of(s), fresh=fresh) for s in missing]
+    tasks = [Task(SLICE, s, s.stem, fresh=fresh) for s in missing]
     done = total - len(missing)
 
     def listen(event: Event) -> None:

@@ -1,22 +1,22 @@
 """Study files: TOML with tables of settings, each value one, a list or a grid.
 
 Every table `[[slices]]`, `[[states]]`, `[[loci]]`, `[[phases]]` stands for the tasks of all combinations of its values;
-several tables, and what they require, are put together, each task once. What a table may hold follows from the
-parameters of `Kind.make`, so that a new kind of task needs no change here. Errors name the file and the path of the
+several tables, and what they require, are put together, each task once. What a table may hold follows from
+`Kind.parameters` and the controls of the model that it names, so that neither a new kind of task nor a new control
+needs a change here. Errors name the file and the path of the
 value:
 ``study.toml: slices[0].angle: expected a number, got 'x'``.
 """
 
 from __future__ import annotations
 
-import inspect
 import itertools
 import re
 import tomllib
 from collections.abc import Iterable, Mapping, Sequence
 from functools import cache
 from pathlib import Path
-from typing import Annotated, Any, Literal, get_type_hints
+from typing import Annotated, Any, Literal
 
 import numpy as np
 from pydantic import (
@@ -36,8 +36,10 @@ from pydantic import (
 
 from rodatlas.atlas.study.cluster_settings import ClusterSettings
 from rodatlas.atlas.study.kinds import KINDS, Kind
+from rodatlas.atlas.study.kinds.base import BAND, REQUIRED, Parameter
 from rodatlas.atlas.study.plan import Study
 from rodatlas.atlas.study.task import Task, task_of, with_requirements
+from rodatlas.model import model_named
 
 MOST = 100_000  # tasks of one study, against slips of the pen in grids
 MOST_JOBS, MOST_CORES = 10_000, 1024  # of a cluster, likewise
@@ -124,9 +126,9 @@ def parse_study(data: Mapping[str, Any], source: str = "study", name: str = "stu
     name : of a study that has none.
     """
     try:
-        model: Any = _model().model_validate(data)
+        model: Any = _model(_models_in(data)).model_validate(data)
     except ValidationError as error:
-        raise ValueError("; ".join(f"{source}: {line}" for line in _lines(error))) from None
+        raise ValueError("; ".join(f"{source}: {line}" for line in _lines(error, _models_in(data)))) from None
     tasks: list[Task] = []
     errors: dict[str, None] = {}
     for kind in KINDS:
@@ -176,24 +178,45 @@ _TYPES: dict[type, Any] = {
 }  # fmt: skip
 
 
+def _models_in(data: Mapping[str, Any]) -> frozenset[str]:
+    """Names of the models of all tables, as far as there are such models; the others are told of later."""
+    names = {BAND}
+    for kind in KINDS:
+        tables = data.get(kind.section)
+        for table in tables if isinstance(tables, list) else ():
+            named = table.get("model") if isinstance(table, dict) else None
+            names |= {name for name in (named if isinstance(named, list) else [named]) if isinstance(name, str)}
+    return frozenset(name for name in names if _is_model(name))
+
+
+def _is_model(name: str) -> bool:
+    try:
+        model_named(name)
+    except ValueError:
+        return False
+    return True
+
+
 @cache
-def _model() -> type[BaseModel]:
-    """The model of a study file."""
-    tables: dict[str, Any] = {kind.section: (list[_table(kind)], []) for kind in KINDS}  # type: ignore[misc]
+def _model(models: frozenset[str]) -> type[BaseModel]:
+    """The model of a study file whose tables name some models of the atlas."""
+    tables: dict[str, Any] = {kind.section: (list[_table(kind, models)], []) for kind in KINDS}  # type: ignore[misc]
     return create_model(
         "StudyFile", __base__=_Model, name=(StrictStr, ""), retries=(Annotated[StrictInt, Field(ge=0, le=10)], 2),
         cluster=(Cluster | None, None), **tables,
     )  # fmt: skip
 
 
-def _table(kind: Kind) -> type[BaseModel]:
-    """The model of a table of one kind: a field for each parameter of its `make`."""
-    hints = get_type_hints(kind.make)
+def _parameters(kind: Kind, models: Iterable[str]) -> dict[str, Parameter]:
+    """What tables of one kind may hold."""
+    return {name: p for model in sorted(models) for name, p in kind.parameters(model_named(model)).items()}
+
+
+def _table(kind: Kind, models: Iterable[str]) -> type[BaseModel]:
+    """The model of a table of one kind: a field for each parameter."""
     fields: dict[str, Any] = {}
-    for name, parameter in inspect.signature(kind.make).parameters.items():
-        plain = next(t for t in _TYPES if t in (hints[name], *getattr(hints[name], "__args__", ())))
-        required = parameter.default is inspect.Parameter.empty
-        fields[name] = (_choice(plain), ... if required else parameter.default)
+    for name, (plain, default) in _parameters(kind, models).items():
+        fields[name] = (_choice(plain), ... if default is REQUIRED else default)
     return create_model(kind.section, __base__=_Model, **fields)
 
 
@@ -220,13 +243,13 @@ _EXPECTED = {
 }  # fmt: skip
 
 
-def _lines(error: ValidationError) -> Iterable[str]:
+def _lines(error: ValidationError, models: frozenset[str]) -> Iterable[str]:
     """One line for every error: its path, what was expected and what came."""
     for e in error.errors():
         path = _path(e["loc"])
         kind, got = e["type"], e["input"]
         if kind == "extra_forbidden":
-            yield f"{path}: expected one of {', '.join(_names(e['loc']))}, got another name"
+            yield f"{path}: expected one of {', '.join(_names(e['loc'], models))}, got another name"
         elif kind == "value_error":
             yield f"{path}: {e['ctx']['error']}"
         elif kind == "missing":
@@ -236,14 +259,14 @@ def _lines(error: ValidationError) -> Iterable[str]:
             yield f"{path}: expected {_EXPECTED.get(kind, words)}, got {got!r}"
 
 
-def _names(location: Sequence[str | int]) -> Iterable[str]:
+def _names(location: Sequence[str | int], models: frozenset[str]) -> Iterable[str]:
     """The names that may stand where an unknown one does."""
     if len(location) == 1:
-        return _model().model_fields
+        return _model(models).model_fields
     if "grid" in location:
         return "from", "to", "count", "step"
     kind = next((k for k in KINDS if k.section == location[0]), None)
-    return inspect.signature(kind.make).parameters if kind is not None else Cluster.model_fields
+    return _parameters(kind, models) if kind is not None else Cluster.model_fields
 
 
 def _path(location: Iterable[str | int]) -> str:

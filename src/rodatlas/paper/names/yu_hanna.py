@@ -8,7 +8,7 @@ from typing import Any
 
 from rodatlas.continuation import Solution, SpecialPoint
 from rodatlas.model import Model, Part
-from rodatlas.model.nomenclature import LocusTables
+from rodatlas.model.nomenclature import PALETTE, LocusTables
 from rodatlas.model.orbit import same_state
 from rodatlas.paper.names.at_setting import names_of
 from rodatlas.paper.names.curled import is_curled
@@ -16,7 +16,10 @@ from rodatlas.paper.names.cuts import cut_segment
 from rodatlas.paper.names.numbering import ENDS, LOCI, number_neighbors, number_without_states
 from rodatlas.paper.names.segments import NAMES, OTHER, middle_curvature, name_parts
 
-COLORS: dict[str, str] = {}
+COLORS = dict(
+    zip(("U", "US+-", "uUu", "w", "W", "WS+-", "uUui", "wi", "S+-", "TU+-", "TW+-"), PALETTE, strict=True)
+)
+"""One color for each state, the same in every figure."""
 EQUAL = ("turn-left", "turn-right", "offset", "twist")  # controls that are zero between the clamps of the paper
 
 
@@ -28,7 +31,7 @@ class YuHanna:
     model : whose states are named.
     """
 
-    names = NAMES
+    names: tuple[str, ...] = NAMES
     other = OTHER
     colors: Mapping[str, str] = COLORS
 

@@ -11,7 +11,6 @@ import numpy as np
 
 from rodatlas.continuation.checks import check_has
 from rodatlas.files import replace_file
-from rodatlas.rods.perfectly_anisotropic import FULL
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -36,16 +35,18 @@ def solution_table(solution: Solution, samples: int = SAMPLES) -> tuple[pd.DataF
 
 def slice_tables(slice_: Any) -> dict[str, pd.DataFrame]:
     """The tables of a :class:`rodatlas.atlas.Slice`: named stable 'states', 'events' (bifurcations), and 'branches'
-    with a row for each computed point, in order along each branch. The ranges of shear of self-contact are one text."""
+    with a row for each computed point, in order along each branch. The ranges of self-contact are one text."""
     check_has("slice", slice_, ("settings", "branches", "states"), "a Slice, see compute_slice and Slice.load")
     import pandas as pd
 
+    control, controls = slice_.settings.control, slice_.settings.model.controls
+    fixed = {c.parameter for c in controls} - {control.parameter}
     frames = []
-    held = [name for name in FULL.parameters if name != "dD"]
     for b in slice_.branches:
-        frame = b.followed.branch.to_frame()
+        frame = pd.DataFrame(b.followed.branch.to_frame())
+        frame[control.parameter] = [control.value(row) for row in frame.to_dict("records")]
         frame.insert(0, "branch", b.id)
-        frames.append(frame.rename(columns={"dD": "shear"}).drop(columns=held, errors="ignore"))
+        frames.append(frame.rename(columns={control.parameter: control.key}).drop(columns=list(fixed), errors="ignore"))
     branches = pd.concat(frames, ignore_index=True) if frames else pd.DataFrame()
     events = slice_.to_frame("events")
     if len(events):

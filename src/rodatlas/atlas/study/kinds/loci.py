@@ -4,27 +4,39 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from rodatlas.atlas.loci.compute import ANGLES
-from rodatlas.atlas.loci.obtain import loci_stem_of, obtain_loci
-from rodatlas.atlas.loci.result import LociSettings
+from rodatlas.atlas.loci.obtain import obtain_loci
+from rodatlas.atlas.loci.settings import LociSettings
 from rodatlas.atlas.loci.store import SCHEMA
-from rodatlas.atlas.slices.settings import REFERENCE_ANGLE_DEG, SliceSettings
-from rodatlas.atlas.study.kinds.base import Kind, Workplace
+from rodatlas.atlas.slices.settings import SliceSettings
+from rodatlas.atlas.study.kinds.base import BAND, Kind, Workplace, divided
 from rodatlas.atlas.study.kinds.slices import SLICE
+from rodatlas.model import model_named
 
 if TYPE_CHECKING:
     import h5py
 
 
 def _make(
-    compression: float = 0.5, poisson: float = 0.25, angle_max: float = 80.0, tolerance: float = 1e-8
-) -> LociSettings:
-    return LociSettings(compression, poisson, angle_max, tolerance)
+    model: str = BAND, along: str = "", second: str = "", against: str = "", tolerance: float = 1e-8,
+    **values: float | None,
+) -> LociSettings:  # fmt: skip
+    """Empty texts stand for the defaults; `values` as :func:`control_parameters` names them."""
+    found = model_named(model)
+    controls = [found.control(along or found.plane[1], "along"), found.control(second or found.plane[0], "second")]
+    fixed, [(low, high), (least, most)] = divided(found, controls, values)
+    return LociSettings.of(
+        found, along=controls[0].name, second=controls[1].name, low=low, high=high, second_low=least, second_high=most,
+        against=against or None, tolerance=tolerance, **fixed,
+    )  # fmt: skip
+
+
+def _stem(settings: LociSettings) -> str:
+    return settings.stem()
 
 
 def _requires(settings: LociSettings) -> tuple[SliceSettings, ...]:
-    angles = dict.fromkeys([REFERENCE_ANGLE_DEG, *ANGLES.values()])
-    return tuple(settings.slice_at(angle) for angle in angles if angle <= settings.angle_max)
+    there = (x for x in settings.starts if settings.second_low <= x <= settings.second_high)
+    return tuple(settings.slice_at(second) for second in there)
 
 
 def _compute(settings: LociSettings, work: Workplace) -> None:
@@ -38,4 +50,4 @@ def _contents(file: h5py.File) -> str:
     return f"{len(file['curves']) if 'curves' in file else 0} curves"
 
 
-LOCI = Kind("loci", "loci", SCHEMA, LociSettings, _make, loci_stem_of, _requires, _compute, _contents)
+LOCI = Kind("loci", "loci", SCHEMA, LociSettings, _make, _stem, _requires, _compute, _contents, controls=True)

@@ -4,20 +4,38 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from rodatlas.atlas.slices.obtain import obtain_slice, stem_of
+from rodatlas.atlas.slices.obtain import obtain_slice
 from rodatlas.atlas.slices.settings import SliceSettings
 from rodatlas.atlas.slices.store import SCHEMA
-from rodatlas.atlas.study.kinds.base import Kind, Workplace, nothing_required
+from rodatlas.atlas.study.kinds.base import (
+    BAND,
+    Kind,
+    Workplace,
+    divided,
+    nothing_required,
+)
+from rodatlas.model import model_named
 
 if TYPE_CHECKING:
     import h5py
 
 
 def _make(
-    angle: float, compression: float = 0.5, poisson: float = 0.25, shear_max: float | None = None,
-    shear_min: float | None = None, tolerance: float = 1e-8, search: int = SliceSettings.search,
+    model: str = BAND, along: str = "", against: str = "", tolerance: float = 1e-8, search: int = SliceSettings.search,
+    **values: float | None,
 ) -> SliceSettings:  # fmt: skip
-    return SliceSettings(angle, compression, poisson, shear_max, shear_min, tolerance, search)  # type: ignore[arg-type]
+    """Empty texts stand for the defaults; `values` as :func:`control_parameters` names them."""
+    found = model_named(model)
+    control = found.control(along or found.plane[1], "along")
+    fixed, [(low, high)] = divided(found, [control], values)
+    return SliceSettings.of(
+        found, along=control.name, low=low, high=high, against=against or None, tolerance=tolerance, search=search,
+        **fixed,
+    )  # fmt: skip
+
+
+def _stem(settings: SliceSettings) -> str:
+    return settings.stem
 
 
 def _compute(settings: SliceSettings, work: Workplace) -> None:
@@ -29,4 +47,7 @@ def _contents(file: h5py.File) -> str:
     return f"{states} states, {branches} branches"
 
 
-SLICE = Kind("slice", "slices", SCHEMA, SliceSettings, _make, stem_of, nothing_required, _compute, _contents)
+SLICE = Kind(
+    "slice", "slices", SCHEMA, SliceSettings, _make, _stem, nothing_required, _compute, _contents,
+    controls=True,
+)  # fmt: skip
