@@ -108,7 +108,7 @@ def test_plus_member_of_a_state_whose_halves_have_equal_energy():
         out[:, 3] = -np.sin(2 * np.pi * s)
         return out
 
-    one = Solution.from_function(fields, unknowns, {"a": 0.625, "psi0": 0.0, "dL": 0.5, "dD": 0.6})
+    one = Solution.from_function(fields, unknowns, {"a": 0.625, **Ends(0.0, 0.5, 0.6).parameters})
     assert plus_member(one) is one
     two = reverse(one)
     assert plus_member(two)(0.75, "k1") == pytest.approx(one(0.75, "k1"))

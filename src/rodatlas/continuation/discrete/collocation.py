@@ -154,6 +154,7 @@ class Collocation:
         self._scal_weight = -np.repeat(self._weight, points, axis=0).transpose(0, 2, 1) * self._sp
         self._norm = bvp.layout.weights[self.part][:, None, None] * self.quadrature
         self._field = evaluator(bvp.traced.field, self.count)
+        self.moving = moving_among(bvp, self.free)
         self._ends = evaluator(bvp.traced.ends, 1)
         self._has_densities = bvp.traced.densities.numel_out(0) > 0
         if self._has_densities:
@@ -319,8 +320,9 @@ class Collocation:
         k = len(self.free)
         p = self.parameters(x)
         f, jac, f_p = self._field(self.gauss, x.stage * self._su, p)
-        f_p = f_p.reshape(self.count, -1, n)[:, self.free, :].transpose(0, 2, 1)
-        stage_scal = np.multiply(f_p, self._scal_weight, order="C")
+        stage_scal = np.zeros((self.count, n, k))
+        for i, at in self.moving:
+            np.multiply(f_p.reshape(self.count, -1, n)[:, at], self._scal_weight[:, :, i], out=stage_scal[:, :, i])
         q = self.bvp.n_boundary
         b, b_u, b_p = self._ends(x.mesh[[0, -1]] * self._su, p)
         b_u = b_u.reshape(2, n, -1) * self._su[None, :, None]
@@ -418,6 +420,12 @@ def _below(block: np.ndarray, rows: Sequence[np.ndarray]) -> np.ndarray:
     if len(rows) == 1 and not len(block):
         return np.ascontiguousarray(rows[0])[None]
     return np.concatenate([block, np.array(rows)])
+
+
+def moving_among(bvp: BVP, free: np.ndarray) -> list[tuple[int, int]]:
+    """Positions among the free parameters of those that the right-hand side depends on, and among all of these."""
+    known = bvp.traced.moving.tolist()
+    return [(i, known.index(p)) for i, p in enumerate(free.tolist()) if p in known]
 
 
 def add(x: Columns, *terms: tuple[float, Columns], keep: int | None = None) -> Columns:

@@ -78,7 +78,9 @@ def residual_along(colloc: Collocation, x: Columns, v: Columns) -> np.ndarray:
     f_p = f_p.reshape(len(colloc.step), 2, -1, len(su))
     ends = values_at_ends(colloc, v)
     vp = v.scalars[: len(colloc.free)] * colloc.scale.parameters[colloc.free]
-    slope = np.einsum("jepa,p->jea", f_p[:, :, colloc.free], vp) / su
+    slope = np.zeros((*f_p.shape[:2], len(su)))
+    for i, at in colloc.moving:
+        slope += f_p[:, :, at] * vp[i] / su
     for i, (row, col) in enumerate(zip(sparsity.rows, sparsity.cols, strict=True)):
         slope[..., row] += jac[..., i] * su[col] / su[row] * ends[..., col]
     return _on_pieces(colloc, slopes_at_ends(colloc, v) - slope) / colloc.norm(v)

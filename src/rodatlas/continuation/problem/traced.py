@@ -43,7 +43,8 @@ class Statement:
 class Traced:
     """CasADi functions of one problem on its reference interval; each is evaluated at many points by
 
-    `field`: (x, u, p) -> f (n,), nonzeros of f_u (nnz,), f_p (n, np) column-major; `values` gives f alone.
+    `field`: (x, u, p) -> f (n,), nonzeros of f_u (nnz,), f_p (n, k) column-major by those parameters `moving` (k,) that
+    f depends on; `values` gives f alone.
     `field_second`: (x, u, p, v, vp, w) -> gradients in u and p of w.(f_u v + f_p vp).
     `ends`, `ends_second`: the same for b(u0, u1, p), with u = (u0, u1).
     `densities`, `densities_second`: the same for the integrands, dense.
@@ -56,6 +57,7 @@ class Traced:
     """
 
     field: Any
+    moving: np.ndarray
     values: Any
     field_second: Any
     ends: Any
@@ -298,13 +300,15 @@ class Trace:
         fields, densities = [f for f, _ in parts], [g for _, g in parts]
         pattern = sum((ca.DM(ca.jacobian(f, u).sparsity(), 1) for f in fields), ca.DM(u.numel(), u.numel())).sparsity()
         self.sparsity: Sparsity = strong_components(u.numel(), *pattern_of(pattern))
+        moving = [i for i in range(q.numel()) if any(ca.depends_on(f, q[i]) for f in fields)]
         both = ca.vertcat(self._left, self._right)
         b, same, places = self._boundary, self._identities, ca.vertcat(*self._places)
         self.functions = Traced(
             field=self._switched("field", [x, u, q], [
-                [f, _nonzeros(ca, ca.project(ca.jacobian(f, u), pattern)), ca.densify(ca.jacobian(f, q))]
+                [f, _nonzeros(ca, ca.project(ca.jacobian(f, u), pattern)), ca.densify(ca.jacobian(f, q)[:, moving])]
                 for f in fields
             ]),
+            moving=np.array(moving, dtype=np.int64),
             values=self._switched("values", [x, u, q], [[f] for f in fields]),
             field_second=self._second("field_second", x, fields),
             ends=function_of(ca, "ends", [both, q], [b, *_derivatives(ca, b, both, q)]),
