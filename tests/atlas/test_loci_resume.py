@@ -2,10 +2,10 @@
 
 import pytest
 
-from rodatlas.atlas import LociSettings
 from rodatlas.atlas.loci.cache import LocusFolder
-from rodatlas.atlas.loci.obtain import loci_stem_of, obtain_loci
+from rodatlas.atlas.loci.obtain import obtain_loci
 from rodatlas.continuation import Locus
+from rodatlas.paper.model import band_loci
 
 
 class Interrupt(KeyboardInterrupt):
@@ -14,14 +14,14 @@ class Interrupt(KeyboardInterrupt):
 
 def test_interrupted_loci_resume(tmp_path, slice_15, loci):
     slice_15.save(tmp_path / "slice-15.h5")
-    said, stem = [], loci_stem_of(LociSettings(), loci.wanted)
+    said, stem = [], band_loci().stem(loci.wanted)
 
     def stop(message, done, pending):
         if message == "locus 5":
             raise Interrupt
 
     with pytest.raises(Interrupt):
-        obtain_loci(LociSettings(), tmp_path, loci.wanted, stop, say=said.append)
+        obtain_loci(band_loci(), tmp_path, loci.wanted, stop, say=said.append)
     kept = {p: p.stat().st_mtime_ns for p in (tmp_path / stem).glob("*.h5")}
     assert len(kept) >= 2
     assert all(Locus.load(p).points for p in kept)
@@ -31,7 +31,7 @@ def test_interrupted_loci_resume(tmp_path, slice_15, loci):
     def look(message, done, pending):
         seen.update({p: p.stat().st_mtime_ns for p in kept if p.exists()})
 
-    found = obtain_loci(LociSettings(), tmp_path, loci.wanted, look, say=said.append)
+    found = obtain_loci(band_loci(), tmp_path, loci.wanted, look, say=said.append)
     assert seen == kept  # never written again
     assert [(p.number, p.kind) for p in found.pieces] == [(p.number, p.kind) for p in loci.pieces]
     assert [len(c.points) for c in found.curves] == [len(c.points) for c in loci.curves]
@@ -43,6 +43,6 @@ def test_interrupted_loci_resume(tmp_path, slice_15, loci):
 
 
 def test_loci_of_other_settings_start_afresh(tmp_path, loci):
-    LocusFolder(tmp_path, LociSettings()).put("locus-3", loci.curves[0])
-    assert len(LocusFolder(tmp_path, LociSettings())) == 1
-    assert len(LocusFolder(tmp_path, LociSettings(poisson=0.3))) == 0
+    LocusFolder(tmp_path, band_loci()).put("locus-3", loci.curves[0])
+    assert len(LocusFolder(tmp_path, band_loci())) == 1
+    assert len(LocusFolder(tmp_path, band_loci(poisson=0.3))) == 0

@@ -6,11 +6,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from rodatlas.atlas import Loci, LociSettings, compute_loci
+from rodatlas.atlas import Loci, compute_loci
 from rodatlas.atlas.loci.cache import LocusCache
 from rodatlas.atlas.loci.compute import _anchors
 from rodatlas.cli import main
 from rodatlas.continuation import EndReason, Status, StepControl, TraceOptions, follow_locus, trace
+from rodatlas.paper.model import band_loci
 from rodatlas.rods import rod_problem
 from rodatlas.rods.stability import morse_index_of
 
@@ -21,7 +22,7 @@ def events(loci, number, kind, parameter=""):
     """Angle and partners of the special points of a kind on a locus."""
     found = [e for e in loci.numbered(number).events if (e.event.kind, e.event.parameter) == (kind, parameter)]
     assert all(e.event.status is Status.CONVERGED for e in found)
-    return [(e.angle_deg, e.numbers) for e in found]
+    return [(e.second, e.numbers) for e in found]
 
 
 def test_every_locus_is_found(loci):
@@ -65,7 +66,7 @@ def test_loci_are_known_up_to_a_shear_of_0_86(loci):
 
 def test_us_turns_back_near_the_limiting_shear(loci):
     """At 55 degrees the paper has this fold (17) of US at about 0.856; a slice up to 0.862 has it at 0.8556700731."""
-    folds = [p for p in loci.pieces if p.kind == "fold" and p.angles_deg[0] < 55.0 < p.angles_deg[1]]
+    folds = [p for p in loci.pieces if p.kind == "fold" and p.span[0] < 55.0 < p.span[1]]
     assert max(p.at(55.0)[0] for p in folds) == pytest.approx(0.8556700731, abs=1e-6)
 
 
@@ -89,7 +90,7 @@ def _top(piece):
 
 
 def test_what_happens_is_said(loci):
-    said = {(p.number, round(e.angle_deg, 2)): e.event.what for p in loci.pieces for e in p.events if p.number}
+    said = {(p.number, round(e.second, 2)): e.event.what for p in loci.pieces for e in p.events if p.number}
     assert said[7, 27.71] == "two branches touch: they merge and split"
     assert said[11, 56.29] == "two branch points meet and vanish"
 
@@ -101,8 +102,8 @@ def test_loci_pass_through_the_slice_at_30_degrees(loci, slice_30):
         for e in b.events:
             if e.number in NUMBERS:
                 shear, height = loci.numbered(e.number).at(30.0)
-                assert shear == pytest.approx(e.shear, abs=2e-4), e
-                assert height == pytest.approx(e.height, abs=2e-4), e
+                assert shear == pytest.approx(e.value, abs=2e-4), e
+                assert height == pytest.approx(e.response, abs=2e-4), e
                 compared.add(e.number)
     assert compared == {0, 2, 3, 5, 6, 8, 10, 11, 12, 13}
 
@@ -112,7 +113,7 @@ def test_a_locus_meets_the_slice_at_30_degrees_exactly(slice_15, slice_30):
     angle = np.radians(30.0)
     options = TraceOptions(bounds={"psi0": (0.2, 0.6)}, zeros={"psi0": angle})
     (met,) = follow_locus(rod_problem(), event.special, ("dD", "psi0"), options).of_kind("zero of psi0")
-    (other,) = {round(e.shear, 8) for b in slice_30.branches for e in b.events if e.number == 10}
+    (other,) = {round(e.value, 8) for b in slice_30.branches for e in b.events if e.number == 10}
     assert met.solution["psi0"] == pytest.approx(angle, abs=1e-9)
     assert met.solution["dD"] == pytest.approx(other, abs=1e-7)
 
@@ -132,7 +133,7 @@ class Followed(LocusCache):
 def test_some_loci_are_told_as_all_are(numbers, loci, slice_15):
     """Only what is needed is followed, and what meets the wanted ones is the same, word for word."""
     cache, said = Followed(loci), []
-    found = compute_loci(LociSettings(), lambda angle: slice_15, numbers, lambda *report: said.append(report[0]), cache)
+    found = compute_loci(band_loci(), lambda angle: slice_15, numbers, lambda *report: said.append(report[0]), cache)
     assert found.warnings == ()
     plain, whole = found.to_json(), loci.to_json(numbers)
     assert plain["loci"] == whole["loci"]
@@ -157,23 +158,23 @@ def test_numbers_that_no_bifurcation_has(loci):
 def test_two_bifurcations_of_one_number_are_said(slice_15):
     """As at dL = 0.95, where two mirror images of W may end at pitchforks of their own."""
     moved = [
-        replace(e, special=replace(e.special, solution=e.special.solution.with_parameters(dD=0.3)))
+        replace(e, value=0.3, special=replace(e.special, solution=e.special.solution.with_parameters(dD=0.3)))
         for b in slice_15.branches for e in b.events if e.number == 4
     ]  # fmt: skip
     double = replace(slice_15, branches=(*slice_15.branches, replace(slice_15.branches[0], events=tuple(moved))))
-    events, warnings = _anchors(double, {4}, 15.0)
+    events, warnings = _anchors(double, {4}, 15.0, 15.0, band_loci())
     assert [e.number for e in events].count(4) == 1
     assert warnings == [
-        "locus 4: the slice at 15 deg has 2 bifurcations of this number, at shear 0.3 and 0.327675; only the one at "
+        "locus 4: the slice at angle 15 has 2 bifurcations of this number, at shear 0.3 and 0.327675; only the one at "
         "0.327675 is followed"
     ]
-    assert _anchors(double, {5}, 15.0)[1] == []
+    assert _anchors(double, {5}, 15.0, 15.0, band_loci())[1] == []
 
 
 def test_special_points_near_the_limiting_shear_are_said(loci):
     """At dL = 1/2 no numbered locus but 17 has one; where the limit is nearer, others do."""
     assert loci.remarks() == ()
-    nearer = replace(loci, settings=LociSettings(0.25))  # the limiting shear is 0.661
+    nearer = replace(loci, settings=band_loci(0.25))  # the limiting shear is 0.661
     (told,) = nearer.remarks((11,))
     assert told.startswith("limiting shear: 0.63559 is 0.961 of the limiting shear 0.661438")
     assert told.endswith("(special points of locus 11)")

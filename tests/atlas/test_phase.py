@@ -6,13 +6,14 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from rodatlas.atlas import LociSettings, PhaseDiagram, PhaseSettings, SliceSettings, compute_phase, compute_slice
+from rodatlas.atlas import PhaseDiagram, compute_phase, compute_slice
 from rodatlas.atlas.phase.arrangement import polygon_of
 from rodatlas.atlas.phase.complete import stable_names
-from rodatlas.atlas.slices.follow import planar_branches
+from rodatlas.atlas.slices.follow import carried_from
 from rodatlas.atlas.study import Study
 from rodatlas.atlas.study.inspection import inspect_file
 from rodatlas.cli import main
+from rodatlas.paper.model import band_loci, band_phase, band_slice
 from rodatlas.rods.ends import Ends
 from rodatlas.states import find_states
 
@@ -22,14 +23,14 @@ def slices_of(slice_15, *known):
 
     States are carried from the slice at 15 degrees.
     """
-    there = {s.settings.angle_deg: s for s in known}
+    there = {s.settings.setting["angle"]: s for s in known}
     asked = []
-    reference = planar_branches(b.followed for b in slice_15.branches)
+    reference = carried_from(slice_15.settings.model, (b.followed for b in slice_15.branches))
 
     def slices(angles):
         asked.extend(angles)
         for a in angles:
-            yield there.get(a) or compute_slice(SliceSettings(a, search=0), reference=lambda settings: reference)
+            yield there.get(a) or compute_slice(band_slice(a, search=0), reference=lambda settings: reference)
 
     return slices, asked
 
@@ -37,19 +38,19 @@ def slices_of(slice_15, *known):
 @pytest.fixture(scope="session")
 def diagram(loci, slice_15, slice_30):
     slices, _ = slices_of(slice_15, slice_30)
-    return compute_phase(PhaseSettings(angle_min=29.5, angle_max=31.0), loci, slices, [30.0])
+    return compute_phase(band_phase(angle_min=29.5, angle_max=31.0), loci, slices, [30.0])
 
 
 @pytest.fixture(scope="session")
 def last(loci, slice_15):
     """Large angles, where a single path is left."""
     slices, _ = slices_of(slice_15)
-    return compute_phase(PhaseSettings(angle_min=76.6, angle_max=80.0), loci, slices)
+    return compute_phase(band_phase(angle_min=76.6, angle_max=80.0), loci, slices)
 
 
 def test_all_adds_up(diagram):
     assert diagram.warnings == ()
-    assert len(diagram.angles) <= 4
+    assert len(diagram.places) <= 4
 
 
 def test_faces_fill_the_plane_and_are_known(diagram):
@@ -73,7 +74,7 @@ def _point(angle, shear):
 
 def test_the_merge_with_uUui_is_told(diagram):
     """The paper: at 30.62 degrees U-w meets uUui; from the cusp at 30.635 on there is one path U-w-uUui."""
-    told = {e.description: e.angle_deg for e in diagram.events}
+    told = {e.description: e.second for e in diagram.events}
     assert told["the U-w branch touches the uUui branch: folds 6' and 14 are born"] == pytest.approx(30.62, abs=0.002)
     assert told["w joins uUui: folds 6 and 6' annihilate in a cusp"] == pytest.approx(30.6346, abs=0.001)
 
@@ -97,7 +98,7 @@ def test_regions_are_bounded_by_the_loci_of_their_ends(diagram):
 def test_the_gap_in_uUui_opens_between_its_two_folds(diagram, loci):
     """Just above 30.62 degrees w is alone between fold 14 and the fold at which the upper uUui ends."""
     angle = 30.63
-    upper = next(p for p in loci.pieces if p.number is None and p.angles_deg[0] > 30.6 and p.angles_deg[1] < 30.7)
+    upper = next(p for p in loci.pieces if p.number is None and p.span[0] > 30.6 and p.span[1] < 30.7)
     low, high = loci.numbered(14).at(angle)[0], upper.at(angle)[0]
     assert low < high
     assert "uUui" not in diagram.stable_at(angle, 0.5 * (low + high))
@@ -120,7 +121,7 @@ def test_slices_agree_with_the_faces_everywhere(diagram, slice_30):
     """Along 30 degrees, at shears that were not sampled."""
     rng = np.random.default_rng(5)
     for shear in rng.uniform(-0.05, 0.82, 60):
-        assert diagram.stable_at(30.0, shear) == stable_names(slice_30, shear)
+        assert diagram.stable_at(30.0, shear) == stable_names(slice_30, shear, diagram.settings)
 
 
 @pytest.mark.slow
@@ -161,7 +162,7 @@ def test_file_and_tables(diagram, tmp_path):
 
 
 def test_points_outside_are_refused(diagram):
-    with pytest.raises(ValueError, match=r"angle: expected one from 29.5 to 31 degrees, got 10"):
+    with pytest.raises(ValueError, match=r"angle: expected one from 29.5 to 31, got 10"):
         diagram.stable_at(10.0, 0.1)
     with pytest.raises(ValueError, match=r"shear: expected one from -0.1 to 0.86, got 0.9"):
         diagram.stable_at(30.0, 0.9)
@@ -172,12 +173,12 @@ def test_points_outside_are_refused(diagram):
 def test_a_wrong_slice_is_noticed(loci, slice_15, slice_30):
     """A slice without one of its states contradicts the loci: pitchfork 11 would do nothing."""
     broken = replace(slice_30, states=tuple(s for s in slice_30.states if s.name != "W"))
-    settings = PhaseSettings(angle_min=29.9, angle_max=30.1)
+    settings = band_phase(angle_min=29.9, angle_max=30.1)
     slices, asked = slices_of(slice_15, broken)
     found = compute_phase(settings, loci, slices, [30.0])
     assert asked == [30.0]
     assert found.warnings == (
-        "Crossing(pitchfork 3 at 30 deg, 0.381067: +WS+-) is more than a pitchfork can do",
+        "Crossing(pitchfork 3 at 30, 0.381067: +WS+-) is more than a pitchfork can do",
     )  # fmt: skip
 
 
@@ -217,7 +218,7 @@ def test_phase_diagrams_are_tasks_of_studies(tmp_path, diagram):
     tasks = Study.load(tmp_path / "sweep.toml").tasks
     wanted = [t.settings for t in tasks]
     for nu in (0.2, 0.3):
-        assert wanted.index(LociSettings(poisson=nu)) < wanted.index(PhaseSettings(poisson=nu, angle_max=20.0))
+        assert wanted.index(band_loci(poisson=nu)) < wanted.index(band_phase(poisson=nu, angle_max=20.0))
     diagram.save(tmp_path / "phase.h5")
     entry = inspect_file(tmp_path / "phase.h5")
     assert (entry.kind, entry.warnings) == ("phase", 0)
@@ -225,5 +226,5 @@ def test_phase_diagrams_are_tasks_of_studies(tmp_path, diagram):
 
 
 def test_settings_of_loci_reach_80_degrees_at_least():
-    assert PhaseSettings(angle_max=30.0).loci == LociSettings() == PhaseSettings().loci
-    assert PhaseSettings(angle_max=85.0).loci.angle_max == 85.0
+    assert band_phase(angle_max=30.0).loci == band_loci() == band_phase().loci
+    assert band_phase(angle_max=85.0).loci.second_high == 85.0

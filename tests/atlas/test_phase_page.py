@@ -19,7 +19,7 @@ def test_every_computed_event_is_in_the_table(loci, rows):
     events = [e for e in loci.events() if e.parameter != "shear"]
     assert len(events) > 20
     for e in events:
-        near = [r for r in rows if abs(r[0] - e.angle_deg) < 1e-3 and abs(r[1] - e.shear) < 1e-5]
+        near = [r for r in rows if abs(r[0] - e.second) < 1e-3 and abs(r[1] - e.value) < 1e-5]
         assert len(near) == 1, e
         if not {"16", "17"} & {n.rstrip("'") for n in near[0][2]}:  # they have a number from slices of their own only
             assert near[0][2] == e.labels

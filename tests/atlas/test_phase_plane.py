@@ -1,14 +1,19 @@
 """The plane cut by lines: faces, chords, splines and the angles that meet all of it; without any slice."""
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 
 from rodatlas.atlas.phase.arrangement import chords, covers, cut_plane, polygon_of, united
-from rodatlas.atlas.phase.cover import THIN, choose_angles
+from rodatlas.atlas.phase.cover import THIN, choose_values
 from rodatlas.atlas.phase.lines import Line, locus_lines, spline
-from rodatlas.atlas.phase.settings import PhaseSettings
+from rodatlas.paper.model import band_phase
 
-FRAME = (0.0, 10.0, -1.0, 1.0)
+FRAME = SimpleNamespace(  # what cutting asks of settings
+    region=np.array([[0.0, -1.0], [10.0, -1.0], [10.0, 1.0], [0.0, 1.0], [0.0, -1.0]]), second_scale=100.0,
+    units=(1.0, 1.0, 1.0),
+)  # fmt: skip
 
 
 def line(*points, label="1", kind="fold"):
@@ -75,7 +80,7 @@ def test_splines_converge_and_pass_through_their_points():
     def error(n):
         turn = np.linspace(np.pi, 0, n)
         points = np.column_stack([40 + 40 * np.cos(turn), 0.4 * np.sin(turn)])
-        fine = spline(points)
+        fine = spline(points, 100.0)
         assert np.all(np.diff(fine[:, 0]) >= 0)
         assert all(np.any(np.all(fine == p, axis=1)) for p in points)
         radius = np.hypot((fine[:, 0] - 40) / 40, fine[:, 1] / 0.4)
@@ -87,13 +92,13 @@ def test_splines_converge_and_pass_through_their_points():
 
 @pytest.fixture(scope="module")
 def plane(loci):
-    lines = locus_lines(loci.pieces, loci.events())
-    return lines, cut_plane(lines, PhaseSettings().frame)
+    lines = locus_lines(loci.pieces, loci.events(), band_phase())
+    return lines, cut_plane(lines, band_phase())
 
 
 def test_faces_of_the_band_fill_the_frame(plane):
     _, faces = plane
-    frame = PhaseSettings().frame
+    frame = band_phase().frame
     assert sum(areas(faces)) == pytest.approx((frame[1] - frame[0]) * (frame[3] - frame[2]), rel=1e-9)
     for angle in (0.3, 12.34, 27.72, 30.63, 44.2, 66.6, 79.9):
         spans = sorted(span for f in faces for span in chords(f, angle))
@@ -106,7 +111,7 @@ def test_loci_that_meet_share_a_vertex(loci, plane):
     lines = {x.label: x.points for x in plane[0]}
     for event in (e for e in loci.events() if e.parameter != "shear" and len(e.labels) > 1):
         for label in event.labels:
-            assert np.any(np.all(lines[label] == (event.angle_deg, event.shear), axis=1)), (event, label)
+            assert np.any(np.all(lines[label] == (event.second, event.value), axis=1)), (event, label)
 
 
 @pytest.mark.parametrize("number", [1, 2, 3])
@@ -122,7 +127,7 @@ def test_loci_are_mirror_images_across_zero_shear(plane, number):
 
 def test_chosen_angles_meet_every_face_and_cross_every_line(plane):
     lines, faces = plane
-    angles, thin = choose_angles(faces, lines, PhaseSettings().frame, [15.0])
+    angles, thin = choose_values(faces, lines, band_phase(), [15.0])
     used = [15.0, *angles]
     assert len(used) < 25
     for i, face in enumerate(faces):
@@ -143,5 +148,5 @@ def test_chosen_angles_meet_every_face_and_cross_every_line(plane):
 ])  # fmt: skip
 def test_wrong_settings(fields, message):
     with pytest.raises(ValueError, match="expected") as caught:
-        PhaseSettings(**fields)
+        band_phase(**fields)
     assert message in str(caught.value)

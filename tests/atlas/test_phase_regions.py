@@ -10,17 +10,21 @@ from rodatlas.atlas.phase.arrangement import cut_plane
 from rodatlas.atlas.phase.lines import Line
 from rodatlas.atlas.phase.regions import Crossing, assign, check_crossings, crossings, deduced
 
-FRAME = (0.0, 10.0, 0.0, 1.0)
+FRAME = SimpleNamespace(  # what is asked of settings
+    region=np.array([[0.0, 0.0], [10.0, 0.0], [10.0, 1.0], [0.0, 1.0], [0.0, 0.0]]), second_scale=100.0,
+    units=(1.0, 1.0, 1.0), along="shear", second="angle", nomenclature=SimpleNamespace(in_plane=lambda name: name),
+)  # fmt: skip
 HALF = Line("4", "pitchfork", np.array([[0.0, 0.5], [10.0, 0.5]]))
 
 
 def state(name, low, high, kinds=("range", "fold")):
-    ends = [SimpleNamespace(kind=k, shear=x, text=k) for k, x in zip(kinds, (low, high), strict=True)]
-    return SimpleNamespace(name=name, shear=(low, high), low=ends[0], high=ends[1])
+    ends = [SimpleNamespace(kind=k, value=x, text=k) for k, x in zip(kinds, (low, high), strict=True)]
+    return SimpleNamespace(name=name, span=(low, high), low=ends[0], high=ends[1])
 
 
 def made_up(angle, *states):
-    return SimpleNamespace(settings=SimpleNamespace(angle_deg=angle), states=states)
+    settings = SimpleNamespace(setting={"angle": angle}, place_text=f"angle {angle:g} deg")
+    return SimpleNamespace(settings=settings, states=states)
 
 
 def usual(angle, at=0.5):
@@ -36,7 +40,7 @@ def event(angle, *labels):
 
 
 def test_faces_get_the_states_of_slices():
-    faces, warnings = assign(cut_plane([HALF], FRAME), [usual(3.0), usual(7.0)])
+    faces, warnings = assign(cut_plane([HALF], FRAME), [usual(3.0), usual(7.0)], FRAME)
     assert warnings == []
     assert [f.states for f in faces] == [("U", "W"), ("US+-", "W")]
     assert [f.count for f in faces] == [2, 3]
@@ -44,27 +48,27 @@ def test_faces_get_the_states_of_slices():
 
 
 def test_a_state_that_ends_inside_a_face_is_reported():
-    _, warnings = assign(cut_plane([HALF], FRAME), [made_up(5.0, state("w", 0.0, 0.7))])
-    assert warnings == ["slice at 5 deg: w ends at shear 0.7 (fold), inside a face"]
+    _, warnings = assign(cut_plane([HALF], FRAME), [made_up(5.0, state("w", 0.0, 0.7))], FRAME)
+    assert warnings == ["slice at angle 5 deg: w ends at shear 0.7 (fold), inside a face"]
 
 
 def test_slices_that_contradict_each_other_are_reported_and_not_decided():
-    faces, warnings = assign(cut_plane([HALF], FRAME), [usual(3.0), made_up(7.0, state("U", 0.0, 0.5))])
+    faces, warnings = assign(cut_plane([HALF], FRAME), [usual(3.0), made_up(7.0, state("U", 0.0, 0.5))], FRAME)
     assert [f.states for f in faces] == [None, None]
     assert len(warnings) == 2
-    assert all(w.startswith("face with different stable states: (3 deg") for w in warnings)
+    assert all(w.startswith("face with different stable states: (3, ") for w in warnings)
 
 
 def test_equal_names_count_twice():
     two = made_up(5.0, state("uUui", 0.0, 1.0, ("range",) * 2), state("uUui", 0.0, 1.0, ("range",) * 2))
-    faces, _ = assign(cut_plane([], FRAME), [two])
+    faces, _ = assign(cut_plane([], FRAME), [two], FRAME)
     assert faces[0].states == ("uUui", "uUui")
 
 
 def test_what_changes_across_a_line():
-    (found,) = crossings(cut_plane([HALF], FRAME), [HALF], [usual(3.0)])
+    (found,) = crossings(cut_plane([HALF], FRAME), [HALF], [usual(3.0)], FRAME)
     assert (found.label, found.lost, found.gained) == ("4", ("U",), ("US+-",))
-    assert found.shear == pytest.approx(0.5)
+    assert found.value == pytest.approx(0.5)
 
 
 @pytest.mark.parametrize(("kind", "lost", "gained", "allowed"), [
@@ -100,10 +104,10 @@ def test_a_thin_face_follows_from_its_neighbor_across_an_idle_line_only():
     idle = Line("8", "pitchfork", np.array([[0.0, 0.5 + 3e-5], [10.0, 0.5 + 3e-5]]))
     far = Line("8", "pitchfork", np.array([[0.0, 0.8], [10.0, 0.8]]))
     rings = cut_plane([HALF, idle], FRAME)
-    faces, _ = assign(rings, [usual(3.0)])
+    faces, _ = assign(rings, [usual(3.0)], FRAME)
     assert [f.states for f in faces] == [("U", "W"), None, ("US+-", "W")]
-    seen = crossings(cut_plane([HALF, far], FRAME), [HALF, far], [usual(3.0)])
-    assert deduced(faces, [HALF, idle], seen, [])[1].states == ("US+-", "W")
-    assert deduced(faces, [HALF, idle], [], [])[1].states is None
+    seen = crossings(cut_plane([HALF, far], FRAME), [HALF, far], [usual(3.0)], FRAME)
+    assert deduced(faces, [HALF, idle], seen, [], FRAME)[1].states == ("US+-", "W")
+    assert deduced(faces, [HALF, idle], [], [], FRAME)[1].states is None
     busy = [c for c in seen if c.label == "4"]
-    assert deduced(faces, [HALF, idle], busy, [])[1].states is None
+    assert deduced(faces, [HALF, idle], busy, [], FRAME)[1].states is None

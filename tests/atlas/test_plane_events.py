@@ -25,15 +25,15 @@ TOLD = [
 @pytest.mark.parametrize(("angle", "labels", "description"), TOLD, ids=[f"{t[0]:g}" for t in TOLD])
 def test_each_event_once(loci, angle, labels, description):
     found = [e for e in loci.events() if e.parameter != "shear" and set(e.labels) == set(labels.split())]
-    near = [e for e in found if abs(e.angle_deg - angle) < 0.002]
+    near = [e for e in found if abs(e.second - angle) < 0.002]
     assert [e.description for e in near] == [description]
     assert near[0].status == "converged"
 
 
 def test_events_are_in_order_and_apart(loci):
     events = loci.events()
-    assert [e.angle_deg for e in events] == sorted(e.angle_deg for e in events)
-    places = [(e.angle_deg, e.shear, e.height, e.parameter) for e in events]
+    assert [e.second for e in events] == sorted(e.second for e in events)
+    places = [(e.second, e.value, e.response, e.parameter) for e in events]
     for i, one in enumerate(places):
         for two in places[:i]:
             same = max(abs(a - b) for a, b in zip(one[:3], two[:3], strict=True)) < 1e-4
@@ -45,11 +45,11 @@ def test_extrema_in_shear_tell_their_side(loci):
     told = {e.labels: (e, e.description) for e in loci.events() if e.parameter == "shear"}
     highest, said = told[("2",)]
     assert said == "fold 2 reaches its largest shear"
-    assert highest.shear == pytest.approx(max(p["dD"] for p in loci.numbered(2).points), abs=1e-3)
-    assert highest.shear >= max(p["dD"] for p in loci.numbered(2).points)
+    assert highest.value == pytest.approx(max(p["dD"] for p in loci.numbered(2).points), abs=1e-3)
+    assert highest.value >= max(p["dD"] for p in loci.numbered(2).points)
     lowest, said = told[("4",)]
     assert said == "pitchfork 4 reaches its smallest shear"
-    assert lowest.shear <= min(p["dD"] for p in loci.numbered(4).points)
+    assert lowest.value <= min(p["dD"] for p in loci.numbered(4).points)
 
 
 def test_descriptions_in_tables(loci):

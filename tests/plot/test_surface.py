@@ -7,6 +7,7 @@ from rodatlas.continuation import Solution
 from rodatlas.plot.render import View, render_band
 from rodatlas.plot.style import new_figure
 from rodatlas.plot.surface import NARROW, band_surface
+from rodatlas.rods.ends import Ends
 from rodatlas.rods.symmetry import plus_member, reverse
 
 
