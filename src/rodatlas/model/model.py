@@ -230,11 +230,12 @@ class Model:
         return self.sign(solution) if self.sign is not None else sign_by_unknowns(self, solution)
 
     def member(self, solution: Solution, sign: str) -> Solution:
-        """The member of a pair with a sign: the solution, or an image of it."""
-        from rodatlas.model.orbit import members
+        """The member of a pair with a sign: the solution, or an image of it; a state that stands alone is itself."""
+        from rodatlas.model.orbit import is_alone, members
 
-        same = self.sign_of(solution) == sign
-        return solution if same else next((m for m in members(self, solution) if self.sign_of(m) == sign), solution)
+        if is_alone(self, solution) or self.sign_of(solution) == sign:
+            return solution
+        return next((m for m in members(self, solution) if self.sign_of(m) == sign), solution)
 
     def measures(self, solutions: Sequence[Solution]) -> tuple[list[float], list[float]]:
         """By what states of one name are numbered, and by what those for which that is equal."""

@@ -20,7 +20,8 @@ class Quantity:
     unit : '', or as in 'GJ/L^2'.
     observable : of the problem, where it is one: then a diagram can be cut out by it.
     what : in words, for axes.
-    conjugate : the control whose displacement it does work on: dE/d(control), '' for none.
+    conjugate : the control whose displacement it does work on, '' for none.
+    work : dE/d(control) along a branch, as a multiple of the quantity.
     """
 
     name: str
@@ -30,6 +31,7 @@ class Quantity:
     observable: str = ""
     what: str = ""
     conjugate: str = ""
+    work: float = 1.0
 
     @classmethod
     def of(cls, observable: str, symbol: str = "", unit: str = "", what: str = "", conjugate: str = "") -> Quantity:
@@ -40,7 +42,8 @@ class Quantity:
     @property
     def conjugate_text(self) -> str:
         """What a diagram of it against its conjugate control tells, in words."""
-        return f"the area under a curve is work: along a branch {self.name} = dE/d({self.conjugate})"
+        sign = "-" if self.work < 0 else ""
+        return f"the area under a curve is work: along a branch dE/d({self.conjugate}) = {sign}{self.name}"
 
     @property
     def label(self) -> str:

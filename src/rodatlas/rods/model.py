@@ -174,7 +174,8 @@ def _quantities(read: Callable[[Solution], RodState]) -> tuple[Quantity, ...]:
     return (
         Quantity.of("height", r"h=\int y\,\mathrm{d}s", "L", "height"),
         Quantity.of("energy", "E", "GJ/L", "energy"),
-        Quantity("force-x", "n_x", load("force", 0), "GJ/L^2", what="force along the chord", conjugate="compression"),
+        Quantity("force-x", "n_x", load("force", 0), "GJ/L^2", what="force along the chord", conjugate="compression",
+                 work=-1.0),
         Quantity("force-y", "n_y", load("force", 1), "GJ/L^2", what="force across the clamp plane", conjugate="offset"),
         Quantity("force-z", "n_z", load("force", 2), "GJ/L^2", what="lateral force", conjugate="shear"),
         Quantity("moment-x", "m_x", load("moment", 0), "GJ/L", what="moment at the right clamp about x"),
