@@ -12,8 +12,8 @@ from rodatlas.atlas.slices.search import Found, search_at, searched_values
 from rodatlas.atlas.slices.segments import stable_segments
 from rodatlas.continuation import trace
 from rodatlas.paper.model import band_slice
+from rodatlas.paper.names.segments import OTHER, name_parts
 from rodatlas.rods import RodState, is_symmetric, second_variation_index
-from rodatlas.states import OTHER, name_parts
 from rodatlas.states.labels import parse_label
 
 SHEARS = (0.624,)

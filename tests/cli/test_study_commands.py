@@ -96,6 +96,9 @@ def test_show_lists_the_results_of_other_commands(finished, capsys, tmp_path, mo
     slice_.states[0].solutions[0].save(tmp_path / "u.h5")
     (tmp_path / "cut.h5").write_bytes((tmp_path / "u.h5").read_bytes()[:4000])
     (tmp_path / "states.json").write_text('{"schema": "rodatlas/states/1", "angle_deg": 30, "states": [{}, {}]}')
+    clamps = {"angle_left": 20.0, "angle_right": 35.0, "compression": 0.5, "shear": 0.0, "offset": 0.0, "twist": 30.0}
+    unequal = {"schema": "rodatlas/states/1", "angle_deg": None, "shear": 0.0, "setting": clamps, "states": []}
+    (tmp_path / "unequal.json").write_text(json.dumps(unequal))
     (tmp_path / "short.json").write_text(
         '{"schema": "rodatlas/slice/1", "angle_deg": 15, "shear_range": [0.0, 0.4], "states": [{}]}'
     )
@@ -109,10 +112,11 @@ def test_show_lists_the_results_of_other_commands(finished, capsys, tmp_path, mo
         "slice-15.h5": ("slice", "complete", "4 states, 9 branches"),
         "branch.h5": ("branch", "complete", f"{points} points"), "u.h5": ("solution", "complete", ""),
         "cut.h5": ("?", "damaged", ""), "states.json": ("states", "complete", "2 states"),
-        "short.json": ("slice", "complete", "1 states"),
+        "short.json": ("slice", "complete", "1 states"), "unequal.json": ("states", "complete", "0 states"),
     }  # fmt: skip
     settings = {r["file"]: r["settings"] for r in data["results"]}
     assert settings["short.json"] == {"angle_deg": 15, "shear_min": 0.0, "shear_max": 0.4}
+    assert settings["unequal.json"] == {"shear": 0.0, "angle_left": 20.0, "angle_right": 35.0, "twist": 30.0}
     assert data["others"] == 1
     assert {p.name for p in tmp_path.iterdir() if p.name.startswith((".", "catalogue"))} == set()  # left alone
 

@@ -10,13 +10,13 @@ import numpy as np
 import pytest
 
 from rodatlas.atlas.slices.coexisting import coexisting_states, richest_value
+from rodatlas.paper.names.segments import NAMES
 from rodatlas.paper.names.yu_hanna import COLORS
 from rodatlas.plot import color_of, draw_profiles, draw_slice, draw_slice_figure, label_of, save_figure
 from rodatlas.plot.arrangement import crosses, isotonic
 from rodatlas.plot.curves import unique_events
 from rodatlas.plot.style import INK, new_figure
 from rodatlas.rods.symmetry import pair_member
-from rodatlas.states.names import NAMES
 
 # Machado, Oliveira & Fernandes 2009, severity 1
 VISION = {

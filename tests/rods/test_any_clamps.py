@@ -34,6 +34,7 @@ from rodatlas.rods import (
     state_at,
     to_reduced,
 )
+from rodatlas.rods.band import near_limit
 from rodatlas.rods.perfectly_anisotropic import SYMMETRIES
 from rodatlas.rods.reach import NotReached
 from rodatlas.rods.unknowns import CLAMPS, clamps_of
@@ -139,6 +140,11 @@ def test_images_of_a_state_between_any_clamps_are_states(general, image):
     assert np.abs(back.values) == pytest.approx(np.abs(general.values), abs=1e-12)
 
 
+def test_a_state_tells_how_its_clamps_differ(general):
+    said = repr(RodState(general))
+    assert "dY 0.15, turn_left -0.1309, turn_right 0.1309, twist_left 0.25, twist_right 1.22173: height" in said
+
+
 def test_reversal_exchanges_unequal_clamps(unequal):
     other = state_at(Ends.unequal(35.0, 20.0), tolerance=1e-10)
     image = reverse(unequal)
@@ -230,6 +236,8 @@ def test_clamps_turned_as_one_about_x_hold_the_same_shapes():
 
 def test_ends_by_their_angles():
     assert (UNEQUAL.left_deg, UNEQUAL.right_deg, UNEQUAL.angle_deg, UNEQUAL.skew_deg) == (20.0, 35.0, 27.5, -7.5)
+    for left, right in ((20.1, 35.3), (-0.3, 77.7), (1e-3, -179.9), (180.0, -180.0)):
+        assert (Ends.unequal(left, right).left_deg, Ends.unequal(left, right).right_deg) == (left, right)
     assert not UNEQUAL.alike
     assert Ends.unequal(30.0, 30.0) == Ends(30.0)
     assert Ends(30.0).alike
@@ -269,6 +277,18 @@ def test_the_limiting_shear_with_an_offset():
     assert math.hypot(0.5, 0.3, shear + width) == pytest.approx(math.hypot(1.0, width), rel=1e-15)
     with pytest.raises(ValueError, match=r"offset: expected a number of size up to 0\.866025"):
         limiting_shear(0.5, offset=0.9)
+
+
+def test_care_is_told_where_shear_and_offset_together_come_near_the_limit():
+    limit = limiting_shear(0.5)
+    assert near_limit(0.0, 0.5, 0.94 * limit) == ""
+    assert near_limit(0.96 * limit, 0.5) == near_limit(0.96 * limit, 0.5, 0.0) != ""
+    assert near_limit(0.6, 0.5, 0.59).startswith("limiting shear: 0.6 with the offset 0.59 is 0.972 of the limiting")
+
+
+def test_where_a_family_is_missing_the_mean_angle_is_said():
+    with pytest.raises(NotReached, match="angle: expected one at which W exists, got 90, the mean of both"):
+        state_at(Ends.unequal(100.0, 80.0), "W")
 
 
 def test_a_state_is_not_carried_past_a_fold():

@@ -6,11 +6,12 @@ import numpy as np
 import pytest
 
 from rodatlas.continuation import StepControl, TraceOptions, trace
+from rodatlas.paper.names.at_setting import at_rest
+from rodatlas.paper.names.curled import is_curled, turning
+from rodatlas.paper.names.segments import NAMES, OTHER, name_parts
 from rodatlas.rods import Ends, is_symmetric, mirror_angle, planar_states, rod_problem
 from rodatlas.rods.stability import morse_index_of
-from rodatlas.states import NAMES, OTHER, find_states, name_parts
-from rodatlas.states.single import at_rest
-from rodatlas.states.winding import is_curled, turning
+from rodatlas.states import find_states
 
 
 def test_mirror_images_have_the_inverted_names(slice_15):

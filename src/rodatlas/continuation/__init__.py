@@ -21,13 +21,13 @@ from rodatlas.continuation.problem.layout import Inner
 from rodatlas.continuation.problem.observable import end_value, integral_of, value_at
 from rodatlas.continuation.problem.symmetry import Symmetry
 from rodatlas.continuation.results.branch import Branch, Discrepancy, EndReason, NormalForm, Point, SpecialPoint, Status
-from rodatlas.continuation.results.locus import Locus, LocusEvent, LocusPoint
+from rodatlas.continuation.results.locus import Effect, Locus, LocusEvent, LocusPoint
 from rodatlas.continuation.symmetric.isotropy import broken_at, image, isotropy
 
 __all__ = [
-    "BVP", "Branch", "ContinuousSymmetry", "Discrepancy", "EndReason", "Inner", "Locus", "LocusEvent", "LocusPoint",
-    "MeshControl", "NewtonCode", "NewtonOptions", "NormalForm", "NotConverged", "Point", "Solution", "SpecialPoint",
-    "Status", "StepControl", "Symmetry", "TraceOptions", "broken_at", "deflated_solve", "end_value", "erf",
-    "fold_locus_at", "follow", "follow_locus", "image", "integral_of", "is_symmetry", "isotropy", "other_solutions",
-    "sensitivity", "solve", "switch", "switch_all", "tabulated", "trace", "value_at",
+    "BVP", "Branch", "ContinuousSymmetry", "Discrepancy", "Effect", "EndReason", "Inner", "Locus", "LocusEvent",
+    "LocusPoint", "MeshControl", "NewtonCode", "NewtonOptions", "NormalForm", "NotConverged", "Point", "Solution",
+    "SpecialPoint", "Status", "StepControl", "Symmetry", "TraceOptions", "broken_at", "deflated_solve", "end_value",
+    "erf", "fold_locus_at", "follow", "follow_locus", "image", "integral_of", "is_symmetry", "isotropy",
+    "other_solutions", "sensitivity", "solve", "switch", "switch_all", "tabulated", "trace", "value_at",
 ]  # fmt: skip

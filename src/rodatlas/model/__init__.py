@@ -6,13 +6,13 @@ the symmetries of a setting), `nomenclature` (who names states and numbers bifur
 """
 
 from rodatlas.model.control import Control
-from rodatlas.model.model import Model, Seed
+from rodatlas.model.model import Model, Seed, Source
 from rodatlas.model.nomenclature import Nomenclature, Part
 from rodatlas.model.quantity import Invariant, Quantity
 from rodatlas.model.registry import model_named, register
 from rodatlas.model.setting import Setting, View
 
 __all__ = [
-    "Control", "Invariant", "Model", "Nomenclature", "Part", "Quantity", "Seed", "Setting", "View", "model_named",
-    "register",
+    "Control", "Invariant", "Model", "Nomenclature", "Part", "Quantity", "Seed", "Setting", "Source", "View",
+    "model_named", "register",
 ]  # fmt: skip

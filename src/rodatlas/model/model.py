@@ -133,8 +133,9 @@ class Model:
     def identity(self) -> dict[str, object]:
         """Name, and a digest of the problem unless its code is part of the package."""
         from rodatlas.continuation.problem.fingerprint import fingerprint
+        from rodatlas.model.registry import place_of
 
-        own = self.build.__module__.split(".")[0] == "rodatlas"
+        own = place_of(self).startswith("rodatlas.")
         found: dict[str, object] = {"model": self.name}
         return found if own else {**found, "problem": fingerprint(self.problem)}
 
@@ -252,11 +253,11 @@ class Model:
     def setting_json(self, setting: Mapping[str, float]) -> dict[str, float]:
         """Values of the controls at a setting by name, underscores for dashes; derived ones where they tell more."""
         held = {c.name: setting[c.name] for c in self.controls if c.name in setting}
-        known = {c.parameter: c.raw(held[c.name], {}) for c in self.controls if c.name in held}
         for control in (c for c in self.controls if c.derived):
-            told = held.get(self.holder(control.name).name, 0.0) != 0.0
-            if told and all(name in known for name in (control.parameter, *control.added)):
-                held[control.name] = control.value(known)
+            own = self.holder(control.name).name
+            added = [c.name for c in self.controls if c.parameter in control.added and not c.derived]
+            if held.get(own, 0.0) != 0.0 and all(name in held for name in added):
+                held[control.name] = held[own] + sum(held[name] for name in added)
         return {name.replace("-", "_"): value for name, value in held.items()}
 
     def head_json(self, setting: Mapping[str, float], along: str, against: str) -> dict[str, Any]:

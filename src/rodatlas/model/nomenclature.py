@@ -88,6 +88,10 @@ class Nomenclature(Protocol):
         event_at : the event of a located point.
         """
 
+    def names_at(self, states: Sequence[tuple[Solution, str, int, str]]) -> list[str | None]:
+        """Names of all states that a search found at one setting, given as (solution, class, index, sign of a pair or
+        ''); None of those that have none."""
+
     def in_plane(self, name: str) -> str:
         """What a state of a slice is called where many slices are compared."""
 

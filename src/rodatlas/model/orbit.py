@@ -6,7 +6,7 @@ list serves a band between equal clamps, which has the reversal, and one between
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 
 import numpy as np
 
@@ -56,10 +56,14 @@ def is_alone(model: Model, solution: Solution) -> bool:
 
 def members(model: Model, solution: Solution) -> list[Solution]:
     """A state and its images under the pairing symmetries of its setting, each once."""
+    return images(model, solution, group(model, solution))
+
+
+def images(model: Model, solution: Solution, names: Iterable[str]) -> list[Solution]:
+    """A state and all its images under some declared symmetries, each once."""
     found = [solution]
-    there = group(model, solution)
     for one in found:  # grows while it is walked over
-        for name in there:
+        for name in names:
             new = image(model.problem, name, one)
             if not any(distance(model, new, other) < SAME for other in found):
                 found.append(new)

@@ -49,8 +49,8 @@ def inflection_shear() -> float:
     from scipy.optimize import brentq
 
     from rodatlas.atlas.slices.match import state_at as solved
+    from rodatlas.paper.names.segments import middle_curvature
     from rodatlas.paper.sources import slice_settings
-    from rodatlas.states.names import middle_curvature
 
     near = state_at_shear(BRACKET[0])
 
@@ -65,8 +65,8 @@ def inflection_shear() -> float:
 
 def numbers_of(where: float) -> tuple[Number, ...]:
     """Height, energy and clamp force at the first shear; curvature in the middle; the new inflections."""
+    from rodatlas.paper.names.segments import middle_curvature
     from rodatlas.rods import RodState
-    from rodatlas.states.names import middle_curvature
 
     first = RodState(state_at_shear(SHEARS[0]))
     at = f"at shear {SHEARS[0]:g}"

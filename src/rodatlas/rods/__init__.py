@@ -4,9 +4,10 @@ from rodatlas.rods.band import NARROW, Band, bending_ratio, limiting_shear
 from rodatlas.rods.carry import Carried, carried
 from rodatlas.rods.conjugate_points import IndexResult, index_nodes, morse_index
 from rodatlas.rods.contact import Contact, self_contact
-from rodatlas.rods.elastic import anisotropic_rod, elastic_rod
+from rodatlas.rods.elastic import ElasticRod, anisotropic_rod, elastic_rod
 from rodatlas.rods.ends import Ends
 from rodatlas.rods.law import LinearLaw
+from rodatlas.rods.model import clamped_band, rod_model
 from rodatlas.rods.modes import Mode, critical_mode, critical_modes
 from rodatlas.rods.perfectly_anisotropic import from_reduced, reduced_problem, rod_problem, to_reduced
 from rodatlas.rods.planar import planar_states
@@ -34,11 +35,11 @@ from rodatlas.rods.units import BandUnits, ClampErrors
 from rodatlas.rods.width import width_effect
 
 __all__ = [
-    "NARROW", "Band", "BandUnits", "Carried", "ClampErrors", "Clamps", "Contact", "Ends", "IndexResult", "LinearLaw",
-    "Mode", "Pose", "RodState", "SecondVariationResult", "anisotropic_rod", "asymmetry", "bending_ratio", "carried",
-    "critical_mode", "critical_modes", "elastic_rod", "fixes", "from_reduced", "half_twist", "has_partner",
-    "index_nodes", "index_of", "is_symmetric", "is_twisted", "limiting_shear", "mirror_angle", "mirror_shear",
-    "morse_index", "pair_member", "planar_states", "plus_member", "reduced_problem", "reverse", "rod_problem",
-    "second_variation_index", "self_contact", "state_at", "symmetries_at", "to_reduced", "twisted_states",
-    "width_effect",
+    "NARROW", "Band", "BandUnits", "Carried", "ClampErrors", "Clamps", "Contact", "ElasticRod", "Ends", "IndexResult",
+    "LinearLaw", "Mode", "Pose", "RodState", "SecondVariationResult", "anisotropic_rod", "asymmetry", "bending_ratio",
+    "carried", "clamped_band", "critical_mode", "critical_modes", "elastic_rod", "fixes", "from_reduced", "half_twist",
+    "has_partner", "index_nodes", "index_of", "is_symmetric", "is_twisted", "limiting_shear", "mirror_angle",
+    "mirror_shear", "morse_index", "pair_member", "planar_states", "plus_member", "reduced_problem", "reverse",
+    "rod_model", "rod_problem", "second_variation_index", "self_contact", "state_at", "symmetries_at", "to_reduced",
+    "twisted_states", "width_effect",
 ]  # fmt: skip

@@ -13,6 +13,7 @@ from rodatlas.rods.poses import Clamps
 
 ENDS = "Ends such as Ends(15.0)"  # what errors say of arguments that are none
 MOST_TWIST = 720.0  # degrees, either way
+DIGITS = 12  # decimals of an angle in degrees to which mean and half difference give it back
 ROUND_OFF = 1e-9  # degrees, of half the sum of two angles and half their difference
 
 
@@ -94,12 +95,12 @@ class Ends:
     @property
     def left_deg(self) -> float:
         """Angle at which the tangent leaves the left clamp, in degrees."""
-        return self.angle_deg + self.skew_deg
+        return round(self.angle_deg + self.skew_deg, DIGITS)
 
     @property
     def right_deg(self) -> float:
         """Angle at which the tangent arrives at the right clamp, downward, in degrees."""
-        return self.angle_deg - self.skew_deg
+        return round(self.angle_deg - self.skew_deg, DIGITS)
 
     @property
     def angle(self) -> float:

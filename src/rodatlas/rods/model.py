@@ -3,15 +3,22 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from functools import lru_cache
+from typing import TYPE_CHECKING, Any
 
 from rodatlas.continuation import BVP, NotConverged, Solution
+from rodatlas.continuation.checks import check_type
 from rodatlas.model import Control, Invariant, Model, Quantity, Seed, Setting
 from rodatlas.model.control import Limits, Range
 from rodatlas.model.model import Keep, Source
 from rodatlas.rods.band import EDGE, NARROW, bending_ratio, limiting_shear, near_limit
+from rodatlas.rods.elastic import ElasticRod
 from rodatlas.rods.ends import MOST_TWIST
+
+if TYPE_CHECKING:
+    from rodatlas.rods.formulation import Formulation
+    from rodatlas.rods.state import RodState
 
 REFERENCE_ANGLE_DEG, REFERENCE_COMPRESSION, REFERENCE_POISSON = 15.0, 0.5, 0.25
 """Where the twisted states are looked for: there both exist."""
@@ -103,56 +110,93 @@ CONTROLS = (  # in the order in which a state is carried to another setting
 )  # fmt: skip
 
 
-# -- what is read -----------------------------------------------------------------------------------------------------
+# -- any rod ----------------------------------------------------------------------------------------------------------
 
 
-def _load(field: str, axis: int) -> Callable[[Solution], float]:
-    """A component in space of the force or moment at the right end."""
+def rod_model(
+    name: str, rod: ElasticRod, controls: Sequence[Control], sources: Sequence[Source], *,
+    pairing: Sequence[str] | None = None, width: float = 0.0, **more: Any,
+) -> Model:  # fmt: skip
+    """A rod of any law between any two clamps as a model of the atlas.
 
-    def read(solution: Solution) -> float:
+    Its height, energy and loads can be diagrams' ordinates, its stability is counted by conjugate points, and its
+    states are told apart by height, energy and end force.
+
+    Parameters
+    ----------
+    name : under which it is known.
+    rod : problem and how it is read, see :func:`rodatlas.rods.elastic_rod`.
+    controls : of its parameters, in the order in which states are carried; the last one varies along slices by default.
+    sources : where branches start.
+    pairing : symmetries of the problem that pair states; those that change no parameter by default.
+    width : over the length, for drawings and the test for self-contact.
+    more : further fields of :class:`rodatlas.model.Model`.
+
+    Examples
+    --------
+    See `examples/softening_rod.py`, which brings a law of its own.
+    """
+    check_type("rod", rod, ElasticRod, "an ElasticRod, see elastic_rod")
+    pairs = None if pairing is None else tuple(pairing)
+    problem, reader = rod
+    return _of_rod(
+        name, lambda: problem, lambda: reader, tuple(controls), tuple(sources), pairing=pairs, width=width, **more
+    )
+
+
+def _of_rod(
+    name: str, build: Callable[[], BVP], reader: Callable[[], Formulation | None], controls: tuple[Control, ...],
+    sources: tuple[Source, ...], **more: Any,
+) -> Model:  # fmt: skip
+    """A model of a rod whose problem and reader are made when they are needed."""
+
+    def read(solution: Solution) -> RodState:
         from rodatlas.rods.state import RodState
 
-        return float(getattr(RodState(solution), field)[-1, axis])
+        return RodState(solution, reader())
 
-    return read
+    def index(solution: Solution) -> int | None:
+        from rodatlas.rods.stability import index_of
+
+        count = index_of(solution, formulation=reader()).index
+        return count if count >= 0 else None
+
+    return Model(name, build, controls, _quantities(read), sources, index=index, invariants=INVARIANTS, ribbon=read,
+                 order=("energy", "end_force_z"), **more)  # fmt: skip
 
 
-QUANTITIES = (
-    Quantity.of("height", r"h=\int y\,\mathrm{d}s", "L", "height"),
-    Quantity.of("energy", "E", "GJ/L", "energy"),
-    Quantity("force-x", "n_x", _load("force", 0), "GJ/L^2", what="force along the chord", conjugate="compression"),
-    Quantity("force-y", "n_y", _load("force", 1), "GJ/L^2", what="force across the clamp plane", conjugate="offset"),
-    Quantity("force-z", "n_z", _load("force", 2), "GJ/L^2", what="lateral force", conjugate="shear"),
-    Quantity("moment-x", "m_x", _load("moment", 0), "GJ/L", what="moment at the right clamp about x"),
-    Quantity("moment-y", "m_y", _load("moment", 1), "GJ/L", what="moment at the right clamp about y"),
-    Quantity("moment-z", "m_z", _load("moment", 2), "GJ/L", what="moment at the right clamp about z"),
-)
+def _quantities(read: Callable[[Solution], RodState]) -> tuple[Quantity, ...]:
+    """What diagrams of a rod can be drawn against; loads are those on the right end."""
+
+    def load(field: str, axis: int) -> Callable[[Solution], float]:
+        return lambda solution: float(getattr(read(solution), field)[-1, axis])
+
+    return (
+        Quantity.of("height", r"h=\int y\,\mathrm{d}s", "L", "height"),
+        Quantity.of("energy", "E", "GJ/L", "energy"),
+        Quantity("force-x", "n_x", load("force", 0), "GJ/L^2", what="force along the chord", conjugate="compression"),
+        Quantity("force-y", "n_y", load("force", 1), "GJ/L^2", what="force across the clamp plane", conjugate="offset"),
+        Quantity("force-z", "n_z", load("force", 2), "GJ/L^2", what="lateral force", conjugate="shear"),
+        Quantity("moment-x", "m_x", load("moment", 0), "GJ/L", what="moment at the right clamp about x"),
+        Quantity("moment-y", "m_y", load("moment", 1), "GJ/L", what="moment at the right clamp about y"),
+        Quantity("moment-z", "m_z", load("moment", 2), "GJ/L", what="moment at the right clamp about z"),
+    )
+
+
 INVARIANTS = (Invariant("height"), Invariant("energy", relative=True), Invariant("end_force_z", SLOPE, relative=True))
 """The slope dE/d(dD) tells a state without shear from its image in the shear mirror, which has all else in common."""
 
 
-def _problem() -> BVP:
+def _band_problem() -> BVP:
     from rodatlas.rods.perfectly_anisotropic import rod_problem
 
     return rod_problem()
-
-
-def _index(solution: Solution) -> int | None:
-    from rodatlas.rods.stability import morse_index_of
-
-    return morse_index_of(solution)
 
 
 def _sign(solution: Solution) -> str:
     from rodatlas.rods.symmetry import pair_member
 
     return pair_member(solution)
-
-
-def _ribbon(solution: Solution) -> object:
-    from rodatlas.rods.state import RodState
-
-    return RodState(solution)
 
 
 # -- where branches start ---------------------------------------------------------------------------------------------
@@ -211,9 +255,8 @@ def clamped_band() -> Model:
     >>> clamped_band().setting(angle=20.0, compression=0.4)["shear"]
     0.0
     """
-    return Model(
-        "clamped band", _problem, CONTROLS, QUANTITIES,
+    return _of_rod(
+        "clamped band", _band_problem, lambda: None, CONTROLS,
         (Source("planar states", planar_seeds), Source("twisted states", twisted_seeds)),
-        index=_index, pairing=("reversal",), invariants=INVARIANTS, sign=_sign, order=("energy", "end_force_z"),
-        ribbon=_ribbon, width=NARROW,
+        pairing=("reversal",), sign=_sign, width=NARROW,
     )  # fmt: skip

@@ -13,7 +13,7 @@ from typing import Any
 
 import numpy as np
 
-from rodatlas.continuation import BVP, Solution, end_value, integral_of
+from rodatlas.continuation import BVP, MeshControl, Solution, TraceOptions, end_value, integral_of, solve
 from rodatlas.rods.ends import Ends
 from rodatlas.rods.formulation import (
     Columns,
@@ -167,6 +167,21 @@ REDUCED = Formulation(
 def setting(law: LinearLaw, ends: Ends) -> dict[str, float]:
     """Parameters of :func:`rod_problem` for a perfectly anisotropic rod between clamps."""
     return {"a": law.a, **ends.parameters}
+
+
+HELD = ("dD",)
+"""Names a free parameter where all are held: a solve at fixed parameters takes any for its units."""
+
+
+def settled(guess: Solution, tolerance: float = 1e-8) -> Solution:
+    """The state of :func:`rod_problem` near a guess, at its parameters.
+
+    Raises
+    ------
+    NotConverged
+        when Newton's method does not converge.
+    """
+    return solve(rod_problem(), guess, HELD, TraceOptions(mesh=MeshControl(tolerance=tolerance)))
 
 
 def check_rod(solution: object) -> None:

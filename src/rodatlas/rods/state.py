@@ -15,6 +15,7 @@ from rodatlas.rods.kinematics import directors
 from rodatlas.rods.law import Law
 from rodatlas.rods.perfectly_anisotropic import FULL, REDUCED
 from rodatlas.rods.poses import Clamps
+from rodatlas.rods.unknowns import CLAMPS
 
 FORMULATIONS = (FULL, REDUCED, ANISOTROPIC)  # those that a solution without further notice may be of
 SYMMETRIC = 1e-5  # largest asymmetry of a state that equals its reversal
@@ -62,6 +63,7 @@ class RodState:
         known = parameters_of(self.solution)
         setting = [f"angle {np.degrees(known['psi0']):.6g} deg"] if "psi0" in known else []
         setting += [f"{name} {known[name]:.6g}" for name in ("dL", "dD") if name in known]
+        setting += [f"{name} {known[name]:.6g}" for name in CLAMPS[3:] if known.get(name)]
         shape = f"height {self.height:.6g}, energy {self.energy:.6g}, {'' if self.symmetric else 'not '}symmetric"
         return f"RodState({', '.join(setting)}: {shape})"
 
@@ -256,7 +258,7 @@ class RodState:
 
     @property
     def symmetric(self) -> bool:
-        """Whether the state equals its reversal."""
+        """Whether the strain is that of the reversed rod: between clamps tilted alike, whether the state is."""
         return self.asymmetry < SYMMETRIC
 
 

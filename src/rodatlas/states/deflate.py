@@ -12,7 +12,7 @@ import numpy as np
 
 from rodatlas.continuation import MeshControl, NotConverged, Solution, TraceOptions
 from rodatlas.continuation.curve.deflation import deflated_solve, perturbed
-from rodatlas.rods.perfectly_anisotropic import rod_problem
+from rodatlas.rods.perfectly_anisotropic import HELD, rod_problem
 from rodatlas.rods.state import RodState
 from rodatlas.rods.symmetry import has_partner, reverse
 
@@ -29,10 +29,10 @@ def deflated(known: Sequence[Solution], attempts: int, tolerance: float, largest
     options = TraceOptions(mesh=MeshControl(tolerance=tolerance))
     out, found = list(known), []
     queue = sorted(known, key=lambda s: s["energy"])
-    guesses = (guess for state in queue for guess in perturbed(rod_problem(), state, ("dD",), options))
+    guesses = (guess for state in queue for guess in perturbed(rod_problem(), state, HELD, options))
     for _, guess in zip(range(attempts), guesses, strict=False):
         try:
-            new = deflated_solve(rod_problem(), guess, out, ("dD",), options)
+            new = deflated_solve(rod_problem(), guess, out, HELD, options)
         except NotConverged:
             continue
         out += [new, reverse(new)] if has_partner(new) else [new]

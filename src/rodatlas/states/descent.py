@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 
-from rodatlas.continuation import MeshControl, NotConverged, Solution, TraceOptions, solve
+from rodatlas.continuation import NotConverged, Solution
 from rodatlas.rods.ends import check_shear
 from rodatlas.rods.formulation import components, parameters_of
 from rodatlas.rods.law import Law, softness_of_band
-from rodatlas.rods.perfectly_anisotropic import rod_problem
+from rodatlas.rods.perfectly_anisotropic import settled
 from rodatlas.rods.state import RodState
 from rodatlas.states.shooting import guess_from
 
@@ -52,7 +52,7 @@ def descend(shape: Solution, shear: float | None = None, tolerance: float = 1e-8
     energy = float(np.mean(pieces.law.energy_density(*_loaded(strain, pieces.law))))
     try:
         guess = guess_from(poses, constants, parameters_of(shape))
-        found = solve(rod_problem(), guess, ("dD",), TraceOptions(mesh=MeshControl(tolerance=tolerance)))
+        found = settled(guess, tolerance)
     except NotConverged:
         return None
     return found if abs(found["energy"] - energy) < NEAR * (1.0 + energy) else None

@@ -8,13 +8,14 @@ from functools import cached_property
 
 import numpy as np
 
-from rodatlas.continuation import MeshControl, NotConverged, Solution, TraceOptions, solve
+from rodatlas.continuation import NotConverged, Solution
 from rodatlas.continuation.checks import check_type
+from rodatlas.model.registry import model_named
 from rodatlas.progress import Progress, tells
 from rodatlas.rods.band import bending_ratio, check_between, check_whole, near_limit, part_of_limit
 from rodatlas.rods.ends import ENDS, Ends
 from rodatlas.rods.law import LinearLaw
-from rodatlas.rods.perfectly_anisotropic import rod_problem, setting
+from rodatlas.rods.perfectly_anisotropic import setting, settled
 from rodatlas.rods.stability import index_of
 from rodatlas.rods.symmetry import fixes, has_partner, pair_member, reverse
 from rodatlas.states.census import FEW, invariants, species, unseen
@@ -23,7 +24,6 @@ from rodatlas.states.images import with_images
 from rodatlas.states.result import Discovery, FoundState
 from rodatlas.states.search import default_threads, hunt
 from rodatlas.states.shooting import Shots, all_shots, as_guess
-from rodatlas.states.single import names_of
 
 CLASSES = {"+": (1,), "-": (-1,), "both": (1, -1)}
 STARTS = 4096  # of a search for all states, for each class
@@ -98,7 +98,7 @@ def find_states(
         `FIRST_ROUND` and doubles them until the estimates of what it missed are below `UNSEEN` and `CHANCE`, or it has
         `MOST_STARTS`.
     stable_only : relax all starts to minima of the energy and keep stable states only.
-    wound : list wound-up states too (:func:`rodatlas.states.single.is_wound`), of which there is no end.
+    wound : list wound-up states too (:func:`rodatlas.states.winding.is_wound`), of which there is no end.
     force_range : states with a larger |N| are left out [GJ/L^2]; by default 200, or twice the least |N| that a relaxed
         band has where that is more: there is no end of unstable ones. It does not apply with `stable_only`.
     deflate : attempts by deflation for each class when the starts are done (:mod:`rodatlas.states.deflate`). More
@@ -200,7 +200,8 @@ def _collected(
     ]  # fmt: skip
     found = sorted((s for states in kept for s in states), key=lambda s: (s.cls, s.solution["energy"], s.pair or ""))
     told = [(s.solution, s.cls, s.index, s.pair or "") for s in found]
-    names = names_of(told) if ends.alike else [None] * len(found)
+    known = model_named("band").nomenclature
+    names = known.names_at(told) if known is not None and ends.alike else [None] * len(found)
     found = [replace(s, name=name) for s, name in zip(found, names, strict=True)]
     counts = np.array([states[0].count for states in kept], dtype=int)
     number, chance = unseen(counts) if counts.sum() >= FEW else (None, None)
@@ -259,7 +260,7 @@ def _confirmed(shots: Shots, row: int, law: LinearLaw, ends: Ends, sign: int, to
     """The state of a shot, and its partner where it has one, solved by collocation; empty when that fails."""
     guess = as_guess(shots, row, law, ends)
     try:
-        solution = solve(rod_problem(), guess, ("dD",), TraceOptions(mesh=MeshControl(tolerance=tolerance)))
+        solution = settled(guess, tolerance)
     except NotConverged:
         return []
     if abs(solution["energy"] - shots.energy[row]) > 1e-4 * (1.0 + shots.energy[row]):

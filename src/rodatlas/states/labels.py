@@ -13,7 +13,7 @@ from collections.abc import Sequence
 from typing import NamedTuple, TypeVar
 
 from rodatlas.continuation import Solution
-from rodatlas.states.names import NAMES
+from rodatlas.model.registry import model_named
 
 SAME_ENERGY = 1e-7  # relative difference below which two energies are one up to the tolerance of solutions
 SEPARATOR = ":"
@@ -22,7 +22,7 @@ T = TypeVar("T")
 
 
 class Wanted(NamedTuple):
-    """What a label says: a name of :data:`rodatlas.states.NAMES`, '+', '-' or '' of a pair, and a number or None."""
+    """What a label says: a name of a nomenclature, '+', '-' or '' of a pair, and a number or None."""
 
     name: str
     sign: str
@@ -39,12 +39,12 @@ class Wanted(NamedTuple):
         return self.member if self.number is None else f"{self.member}{SEPARATOR}{self.number}"
 
 
-def parse_label(text: str, names: Sequence[str] = NAMES) -> Wanted:
+def parse_label(text: str, names: Sequence[str] | None = None) -> Wanted:
     """('US+-', '+', None) from 'US+', 'US' or 'US+-'; ('W', '', 2) from 'W:2'.
 
     Parameters
     ----------
-    names : that there are.
+    names : that there are; those of the band by default.
 
     Raises
     ------
@@ -54,16 +54,23 @@ def parse_label(text: str, names: Sequence[str] = NAMES) -> Wanted:
     called, separator, number = text.partition(SEPARATOR)
     bare, sign = re.fullmatch(r"(.*?)([+-]*)", called, re.DOTALL).groups()  # type: ignore[union-attr]
     numbered = not separator or (NUMBER.fullmatch(number) is not None and int(number) > 0)
-    for name in names:
+    for name in names_of_band() if names is None else names:
         pair = name.endswith("+-")
         if numbered and bare == name.removesuffix("+-") and sign in (("", "+", "-", "+-") if pair else ("",)):
             return Wanted(name, ("-" if sign == "-" else "+") if pair else "", int(number) if separator else None)
     raise ValueError(f"state: expected one of {known_names(names)}, got '{text}'")
 
 
-def known_names(names: Sequence[str] = NAMES) -> str:
-    """All names that a user can give, for messages."""
-    return ", ".join(n.replace("+-", "+, ") + n[:-2] + "-" if n.endswith("+-") else n for n in names)
+def names_of_band() -> tuple[str, ...]:
+    """The names that the nomenclature of the band has."""
+    known = model_named("band").nomenclature
+    return () if known is None else known.names
+
+
+def known_names(names: Sequence[str] | None = None) -> str:
+    """All names that a user can give, for messages; those of the band by default."""
+    told = names_of_band() if names is None else names
+    return ", ".join(n.replace("+-", "+, ") + n[:-2] + "-" if n.endswith("+-") else n for n in told)
 
 
 def slope(solution: Solution) -> float:

@@ -6,13 +6,13 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from rodatlas.continuation import MeshControl, NotConverged, Solution, TraceOptions, solve
+from rodatlas.continuation import NotConverged, Solution
 from rodatlas.continuation.problem.tracing import Named
 from rodatlas.rods.band import bending_ratio
 from rodatlas.rods.ends import Ends
 from rodatlas.rods.formulation import Sections
 from rodatlas.rods.law import LinearLaw
-from rodatlas.rods.perfectly_anisotropic import FULL, rates, rod_problem, setting
+from rodatlas.rods.perfectly_anisotropic import FULL, rates, setting, settled
 
 POINTS = 65
 TOLD = ("angle", "shear")  # of a setting even where they are zero
@@ -54,7 +54,7 @@ def rebuilt(
         raise ValueError(f"{wrong}, got a curve that cannot be integrated ({run.message})")
     guess = Solution.from_values(at, run.y.T, FULL.unknowns, parameters)
     try:
-        found = solve(rod_problem(), guess, ("dD",), TraceOptions(mesh=MeshControl(tolerance=tolerance)))
+        found = settled(guess, tolerance)
     except NotConverged as error:
         raise ValueError(f"{wrong}, got numbers from which none is reached ({error})") from None
     if abs(found["energy"] - energy) > CLOSE * max(1.0, energy):

@@ -32,7 +32,7 @@ class FoundState:
     Attributes
     ----------
     cls : '+' or '-', the class.
-    name : None where nothing that is known at one setting decides (:func:`rodatlas.states.single.names_of`).
+    name : None where nothing that is known at one setting decides (:func:`rodatlas.paper.names.at_setting.names_of`).
     index : Morse index, -1 if it could not be counted.
     pair : '+' or '-' of a state whose reversal is another one at the same setting, None of others.
     count : how often the search met it or its partner.
@@ -68,7 +68,7 @@ class FoundState:
 
     @property
     def wound(self) -> bool:
-        """Whether the band is wound up (:func:`rodatlas.states.single.is_wound`)."""
+        """Whether the band is wound up (:func:`rodatlas.states.winding.is_wound`)."""
         return is_wound(self.solution, self.cls)
 
     @cached_property

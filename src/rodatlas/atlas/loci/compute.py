@@ -6,6 +6,7 @@ import math
 import time
 from collections.abc import Callable, Sequence
 from dataclasses import replace
+from functools import partial
 
 from rodatlas.atlas.loci.cache import LocusCache
 from rodatlas.atlas.loci.partners import next_partner, place_of, with_sources
@@ -26,6 +27,7 @@ from rodatlas.continuation import (
 from rodatlas.continuation.checks import check_each, check_has, check_type
 from rodatlas.progress import Progress, tells
 
+FEW = 40  # points of a curve
 IMAGE = 6  # digits to which a bifurcation agrees with its image in a mirror
 Roles = dict[int, frozenset[tuple[str, str]]]
 
@@ -58,7 +60,8 @@ def compute_loci(
     needed = with_sources(wanted, tables)
     anchors: list[Event] = []
     first, *more = [a for a in settings.starts if settings.second_low <= a <= settings.second_high]
-    for place in (first, *(a for a in more if not tables.known or a in [tables.elsewhere.get(n) for n in wanted])):
+    further = [a for a in more if (a in [tables.elsewhere.get(n) for n in wanted] if tables.known else not numbers)]
+    for place in (first, *further):
         slices.append(_slice_at(place, slice_of, settings))
         here, several = _anchors(slices[-1], wanted, place, first, settings)
         if not tables.known and place == first and not numbers:
@@ -69,7 +72,7 @@ def compute_loci(
             work.follow(
                 event, "" if event.number in wanted else f", from which {_drawn_from(event, wanted, settings)} may come"
             )
-        if not tables.known and place != first and not numbers:
+        if not tables.known and not numbers:
             work.follow_others(slices[-1], place)
         work.number(anchors, wanted, needed)
     others = [e for e in anchors if e.number not in needed]
@@ -166,6 +169,20 @@ def _drawn_from(event: Event, wanted: set[int], settings: LociSettings) -> str:
     return " and ".join(str(n) for n in drawn)
 
 
+def _resolved(
+    follow: Callable[[TraceOptions], Locus | None], options: TraceOptions, first: Locus | None = None
+) -> Locus:
+    """A locus with so many points that a spline through them is a good curve: it is followed again where it has few."""
+    curve = follow(options) if first is None else first
+    assert curve is not None
+    if len(curve.points) >= FEW:
+        return curve
+    length = curve.points[-1].arclength - curve.points[0].arclength
+    step = options.step
+    finer = replace(step, maximum=min(max(length / FEW, step.initial), step.maximum))
+    return follow(replace(options, step=finer)) or curve
+
+
 class _Work:
     """Curves followed so far, their stretches, and warnings."""
 
@@ -205,9 +222,9 @@ class _Work:
             self._progress(f"locus {key}{why}", len(self.curves), 0)
         curve = self._cache.get(f"locus-{key}")
         if curve is None:
-            model = self._settings.model
+            follow = partial(follow_locus, self._settings.model.problem, event.special, self._settings.free)
             try:
-                curve = follow_locus(model.problem, event.special, self._settings.free, self._options)
+                curve = _resolved(follow, self._options)
             except NotConverged as error:
                 self.warnings.append(f"locus {key}: {error}")
                 return False
@@ -252,9 +269,11 @@ class _Work:
                 continue
             curve = self._cache.get(f"born-{number}")
             if curve is None:
-                curve = fold_locus_at(self._settings.model.problem, self.curves[part.curve], born[0], self._options)
-                if curve is None:
+                follow = partial(fold_locus_at, self._settings.model.problem, self.curves[part.curve], born[0])
+                first = follow(self._options)
+                if first is None:
                     continue
+                curve = _resolved(follow, self._options, first)
                 self._cache.put(f"born-{number}", curve)
             self.curves.append(curve)
             self._ranks.append((True, 0.0, number))

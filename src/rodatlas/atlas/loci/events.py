@@ -11,7 +11,7 @@ import numpy as np
 from rodatlas.atlas.loci.result import Piece
 from rodatlas.atlas.loci.settings import PlaneSettings
 from rodatlas.atlas.loci.stretches import SAME, same_place
-from rodatlas.continuation import LocusEvent
+from rodatlas.continuation import Effect, LocusEvent
 from rodatlas.model.orbit import is_alone
 
 RANK = ("criticality", "coalescence", "crossing", "cusp", "extremum")  # what a point is that is several of these
@@ -43,6 +43,8 @@ class PlaneEvent:
     passing : labels of those that go through.
     above : whether the loci that end there exist at larger values of the second control.
     mirrored : whether loci meet their own images there.
+    size : 'largest' or 'smallest', where the control along slices is extreme.
+    effect : name of the :class:`rodatlas.continuation.Effect` on branches, '' where there is none.
     status : 'converged', or 'bracketed' when it is known to the bracket only.
     symmetric : whether the solution there equals its reversal.
     what : what happens to the solutions, in the words of the engine.
@@ -63,7 +65,8 @@ class PlaneEvent:
     description: str = ""
     kinds: Mapping[str, str] = field(default_factory=dict, repr=False)  # label -> kind of locus
     mirrored: bool = False
-    words: Mapping[str, str] = field(default_factory=dict, repr=False)  # 'along' and 'second' -> names of the controls
+    size: str = ""
+    effect: str = ""
 
     @property
     def labels(self) -> tuple[str, ...]:
@@ -136,16 +139,14 @@ def _merged(
     parameter = settings.control_of(best.parameter) if best.kind == "extremum" else ""
     along = parameter == settings.along
     what = best.what if not along else f"at fixed {settings.along}, {best.what}"
+    size = ("largest" if _is_highest(pieces[group[0][0]], place) else "smallest") if along else ""
     kinds = {names[i]: pieces[i].kind for i, _ in group}
-    if along:
-        size = "largest" if _is_highest(pieces[group[0][0]], place) else "smallest"
-        what = f"{size} {settings.along}; {what}"
     return PlaneEvent(
         best.kind, parameter, *place, tuple(names[i] for i in _upward(pieces, ending)),
         tuple(sorted(passing, key=_order)), above, best.status.value,
         is_alone(settings.model, best.solution), what, "", kinds,
         settings.mirrored and abs(place[1]) < ON_MIRROR * settings.units[1],
-        {"along": settings.along, "second": settings.second},
+        size, best.effect.name if best.effect is not None else "",
     )  # fmt: skip
 
 
@@ -192,8 +193,8 @@ def describe(event: PlaneEvent, roles: Roles, touching: tuple[str, str] | None =
         return f"fold {_list(folds)} passes {other}"
     if event.kind == "crossing":
         return f"{_kind(event, event.labels)} {_list(event.labels)} meets another branch point"
-    if event.parameter and event.parameter == event.words["along"]:
-        return f"{_kind(event, event.labels)} {_list(event.labels)} reaches its {event.what.split(';')[0]}"
+    if event.size:
+        return f"{_kind(event, event.labels)} {_list(event.labels)} reaches its {event.size} {event.parameter}"
     return _meeting(event, roles, touching)
 
 
@@ -214,7 +215,7 @@ def _meeting(event: PlaneEvent, roles: Roles, touching: tuple[str, str] | None) 
     if lone:
         return f"{lone} {'becomes stable' if event.above else 'is no longer stable'}: {told}"
     if fold and event.kind == "extremum":
-        if event.what.startswith("isola"):
+        if event.effect in (Effect.APPEARS.name, Effect.VANISHES.name):
             return f"a closed branch {'appears' if event.above else 'vanishes'}: {told}"
         pair = "two branches touch"
         if touching:

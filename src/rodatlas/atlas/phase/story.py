@@ -10,6 +10,7 @@ import numpy as np
 from rodatlas.atlas.loci.events import PlaneEvent, Roles, describe
 from rodatlas.atlas.phase.settings import PhaseSettings
 from rodatlas.atlas.slices.result import Slice, SliceBranch
+from rodatlas.continuation import Effect
 
 TOUCH, DRIFT, MOST = 0.01, 0.02, 0.06  # distance from a special point within which a branch of a slice passes it, in
 # units of value and response: at its place, more for each unit of the second control between, and at most
@@ -35,7 +36,7 @@ def touching(event: PlaneEvent, slices: Sequence[Slice], settings: PhaseSettings
 
     They are seen on the side where the folds do not exist: each branch is named after its nearest stable state.
     """
-    if event.kind != "extremum" or event.parameter != settings.second or not event.what.startswith("two branches"):
+    if event.parameter != settings.second or event.effect != Effect.TOUCH.name:
         return None
     side = [s for s in slices if (s.settings.setting[settings.second] < event.second) == event.above]
     if not side:

@@ -29,6 +29,8 @@ from rodatlas.model.model import Source
 from rodatlas.model.orbit import group, own_symmetries, same_state
 from rodatlas.progress import Progress
 
+EARLY = (EndReason.MIN_STEP, EndReason.MESH_LIMIT, EndReason.POINT_LIMIT, EndReason.UNREFINED, EndReason.ROUND_OFF)
+"""Ends of branches that a reader should know of."""
 Reference = Callable[[SliceSettings], list[tuple[str, Branch]] | None]
 """Gives names and branches of the slice with some settings from which states are carried, None when it has none."""
 
@@ -108,7 +110,7 @@ class Frontier:
                 f"{self.settings.along} {min(unknown):.5f} to {max(unknown):.5f}"
             )
         for reason in branch.ends:
-            if reason in (EndReason.MIN_STEP, EndReason.MESH_LIMIT, EndReason.POINT_LIMIT):
+            if reason in EARLY:
                 self.warnings.append(f"branch {followed.id} stops early: {reason.value}")
 
     def _has_more(self, solution: Solution, symmetries: frozenset[str]) -> bool:

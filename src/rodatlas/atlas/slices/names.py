@@ -72,6 +72,10 @@ class SeenNames:
             found.append(numbers)
         return found
 
+    def names_at(self, states: Sequence[tuple[Solution, str, int, str]]) -> list[str | None]:
+        """None: at one setting there are no stretches to be counted."""
+        return [None] * len(states)
+
     def in_plane(self, name: str) -> str:
         """Whether it is one of a pair: letters and numbers may change where nothing happens to a state."""
         return PAIR if name.endswith("+-") else ALONE

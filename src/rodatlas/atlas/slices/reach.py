@@ -37,9 +37,9 @@ def reach(
     """The stable state of a name at a value of what varies along a slice.
 
     From the slice that a folder holds, if any; otherwise from a search at the setting, which takes a second or two and
-    names what it finds as the slice does (:func:`rodatlas.states.single.names_of`). Where that search has no state of
-    the name, a longer one decides that there is none. Near limits of what varies, where nothing converges, and for
-    models whose search knows no names, the whole slice is computed.
+    names what it finds as the slice does. Where that search has no state of the name, a longer one decides that there
+    is none. Near limits of what varies, where nothing converges, and for models whose search knows no names, the whole
+    slice is computed.
 
     Parameters
     ----------

@@ -20,6 +20,7 @@ from rodatlas.continuation import (
 )
 from rodatlas.model import Seed
 from rodatlas.model.model import Keep, Source, parameters_of
+from rodatlas.model.orbit import fixing, images
 
 SHARES = (0.35, 0.45, 0.55, 0.65)  # of the reach of what varies, at which stable states are carried
 HIGH_SHARES = (0.72, 0.86)  # states of index one too
@@ -66,7 +67,7 @@ def _all_carried(
 ) -> tuple[list[Seed], list[str]]:
     """Seeds followed to the setting, without those that end on the way; and warnings."""
     seeds: list[Seed] = []
-    for name, state in found:
+    for name, state in _with_lost_images(found, settings):
         try:
             end = carried(name, state, settings, cache)
         except NotConverged as error:
@@ -75,6 +76,22 @@ def _all_carried(
         if end is not None:
             seeds.append(Seed(name, end))
     return seeds, warnings
+
+
+def _with_lost_images(found: Iterable[Seed], settings: SliceSettings) -> list[Seed]:
+    """Seeds, and their images under symmetries that their setting has and the wanted one has not.
+
+    Where these states are one up to a symmetry, there they are several: both members of a pair between equal clamps
+    become states of their own between unequal ones.
+    """
+    model = settings.model
+    kept = set(fixing(model, list(model.parameters(settings.whole_setting(settings.anchor)).values())))
+    seeds = []
+    for name, state in found:
+        lost = [symmetry for symmetry in fixing(model, state.parameters) if symmetry not in kept]
+        for k, one in enumerate(images(model, state, lost) if lost else [state]):
+            seeds.append(Seed(name if k == 0 else f"{name}~{k}", one))
+    return seeds
 
 
 def carried(name: str, state: Solution, settings: SliceSettings, cache: BranchCache) -> Solution | None:

@@ -89,7 +89,8 @@ class SliceSettings:
         varying = model.holder(control.name).name
         if taken := {control.name, varying} & {name.replace("_", "-") for name in values}:
             raise ValueError(f"{min(taken)}: expected none, since the slice goes along {control.name}, got one")
-        setting = model.setting(**values).without(varying)
+        beside = {} if high is None or control.name != varying else {varying: high}  # others may need it to be large
+        setting = model.setting(**values, **beside).without(varying)
         usual = control.usual(setting) if control.usual is not None else (math.nan, math.nan)
         low, high = (use if given is None else given for given, use in zip((low, high), usual, strict=True))
         return cls(model, setting, control.name, low, high, model.quantities[0].name)

@@ -164,7 +164,9 @@ def _inspect_json(path: Path) -> Entry | None:
         return None
     kind = schema.removeprefix("rodatlas/").rpartition("/")[0]
     contents = f"{len(data['states'])} states" if isinstance(data.get("states"), list) else ""
-    settings = {k: data[k] for k in ("angle_deg", "shear", "compression", "poisson") if k in data}
+    settings = {k: data[k] for k in ("angle_deg", "shear", "compression", "poisson") if data.get(k) is not None}
+    if isinstance(clamps := data.get("setting"), dict):
+        settings |= {k: clamps[k] for k in ("angle_left", "angle_right", "offset", "twist") if clamps.get(k)}
     bounds = data.get("shear_range")
     if isinstance(bounds, list) and len(bounds) == 2:
         settings |= dict(zip(("shear_min", "shear_max"), bounds, strict=True))

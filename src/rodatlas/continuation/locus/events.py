@@ -13,7 +13,7 @@ from rodatlas.continuation.locus.point import LocusFrame, Sought, correct, frame
 from rodatlas.continuation.locus.segment import LOCATED, Stretch, Test
 from rodatlas.continuation.locus.system import UNPROTECTED
 from rodatlas.continuation.results.branch import Status
-from rodatlas.continuation.results.locus import LocusEvent
+from rodatlas.continuation.results.locus import Effect, LocusEvent
 from rodatlas.continuation.singular.extremum import size_of, slope_along
 from rodatlas.continuation.singular.normal_form import cusp_form, fold_quadratic
 
@@ -230,7 +230,8 @@ def locate(stretch: Stretch, what: Watched, names: tuple[str, ...]) -> LocusEven
         if what.parameter not in names[: _plane(stretch.sought)]:
             kind = "maximum" if what.test(stretch.left) > 0 else "minimum"
             return replace(event, what=f"a {kind} of {what.parameter} along the locus")
-        return replace(event, what=_turn(stretch.sought, at, names.index(what.parameter), what.parameter))
+        told = _turn(stretch.sought, at, names.index(what.parameter), what.parameter)
+        return replace(event, what=told) if isinstance(told, str) else replace(event, what=told.value, effect=told)
     return event
 
 
@@ -277,7 +278,7 @@ def _on_branch_points(stretch: Stretch, near: LocusFrame, name: str) -> LocusFra
     return None
 
 
-def _turn(sought: Sought, at: LocusFrame, parameter: int, name: str) -> str:
+def _turn(sought: Sought, at: LocusFrame, parameter: int, name: str) -> str | Effect:
     """What happens where a locus turns back in one of its parameters.
 
     On a locus of folds two branches in the other parameter touch: a curve of solutions shrinks to a point (the
@@ -293,9 +294,9 @@ def _turn(sought: Sought, at: LocusFrame, parameter: int, name: str) -> str:
     form, force = fold_quadratic(at.colloc, at.x, at.border, along=1 - parameter, across=parameter)
     low, high = np.linalg.eigvalsh(form)
     if low * high < 0:
-        return "two branches touch: they merge and split"
+        return Effect.TOUCH
     grows = force * (low + high) < 0  # force dp + form(a, a)/2 = 0 has solutions for dp of this sign
-    return f"isola center: a closed branch {'appears' if grows else 'vanishes'} as the parameter grows"
+    return Effect.APPEARS if grows else Effect.VANISHES
 
 
 def _second_kernel(kind: str, what: str, on_points: str = "") -> Watched:

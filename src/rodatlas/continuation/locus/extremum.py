@@ -12,7 +12,7 @@ from rodatlas.continuation.curve.start import NotConverged
 from rodatlas.continuation.discrete.collocation import Scale
 from rodatlas.continuation.problem.bvp import BVP
 from rodatlas.continuation.results.branch import SpecialPoint
-from rodatlas.continuation.results.locus import Locus, LocusEvent, LocusPoint
+from rodatlas.continuation.results.locus import Effect, Locus, LocusEvent, LocusPoint
 from rodatlas.continuation.singular.extremum import ValueView
 
 Follow = Callable[..., Locus]
@@ -81,9 +81,9 @@ class _Said:
             what = f"a maximum and a minimum of {name} meet and vanish"
             return replace(e, kind="extremum", parameter=two, what=what, coefficients={})
         if e.kind == "extremum" and e.parameter == self.view.value:
-            touches = "merge" in e.what
-            what = f"{name} is stationary in {one} and {two}: {'a saddle' if touches else 'a maximum or minimum'}"
-            return replace(e, parameter=name, what=what)
+            saddle = e.effect is Effect.TOUCH
+            what = f"{name} is stationary in {one} and {two}: {'a saddle' if saddle else 'a maximum or minimum'}"
+            return replace(e, parameter=name, what=what, effect=None)
         if e.kind == "extremum" and e.parameter == one:
-            return replace(e, what=f"the locus turns back in {one}")
+            return replace(e, what=f"the locus turns back in {one}", effect=None)
         return replace(e, what=e.what.replace("the fold", f"the extremum of {name}"))

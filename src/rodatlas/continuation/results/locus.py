@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from enum import Enum
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -19,6 +20,14 @@ if TYPE_CHECKING:
     from rodatlas.continuation.table import Table
 
 KINDS = ("cusp", "criticality", "coalescence", "crossing", "pitchfork", "extremum")
+
+
+class Effect(Enum):
+    """What happens to the branches where a locus of folds turns back; the value is a sentence."""
+
+    TOUCH = "two branches touch: they merge and split"
+    APPEARS = "isola center: a closed branch appears as the parameter grows"
+    VANISHES = "isola center: a closed branch vanishes as the parameter grows"
 
 
 @dataclass(frozen=True, eq=False)
@@ -58,6 +67,7 @@ class LocusEvent:
         finest mesh allowed the error exceeds ten times the tolerance.
     bracket : arclengths between which it lies; test : value of the test function at the solution.
     what : what happens there, in words.
+    effect : the same where a locus of folds turns back, for programs; None elsewhere.
     coefficients : of the normal form at a cusp, see :func:`rodatlas.continuation.singular.normal_form.cusp_form`.
     """
 
@@ -70,6 +80,7 @@ class LocusEvent:
     test: float
     what: str = ""
     coefficients: Mapping[str, float] = field(default_factory=dict)
+    effect: Effect | None = None
 
     def __repr__(self) -> str:
         of = f" in {self.parameter}" if self.parameter else ""

@@ -4,7 +4,7 @@
 
     attributes   schema, version, kind, free, ends, settings, pitchfork, unresolved
     /points      solutions; arclength, tangent, tests, unfolding, iterations
-    /events      kind, parameter, status, what, coefficients; solutions; arclength, bracket, test
+    /events      kind, parameter, status, what, effect, coefficients; solutions; arclength, bracket, test
     /scale       unknowns, parameters
 """
 
@@ -19,7 +19,7 @@ import numpy as np
 
 from rodatlas.continuation.discrete.collocation import Scale
 from rodatlas.continuation.results.branch import EndReason, Status
-from rodatlas.continuation.results.locus import Locus, LocusEvent, LocusPoint
+from rodatlas.continuation.results.locus import Effect, Locus, LocusEvent, LocusPoint
 from rodatlas.continuation.store.hdf5 import (
     atomic_hdf5,
     checked_hdf5,
@@ -97,6 +97,7 @@ def _write_events(group: h5py.Group, events: Sequence[LocusEvent]) -> None:
     for key in ("kind", "parameter", "what"):
         put_names(group, key, [getattr(e, key) for e in events])
     put_names(group, "status", [e.status.name for e in events])
+    put_names(group, "effect", [e.effect.name if e.effect else "" for e in events])
     put_each(group, events, ("arclength", "test"))
     put_each(group, events, ("bracket",), size=2)
     put_names(group, "coefficients", [json.dumps(dict(e.coefficients)) for e in events])
@@ -108,9 +109,10 @@ def _read_events(group: h5py.Group) -> tuple[LocusEvent, ...]:
     kind, parameter, what, status = (get_names(group, key) for key in ("kind", "parameter", "what", "status"))
     arclength, test = (get_array(group, key, (n,)).tolist() for key in ("arclength", "test"))
     bracket = get_array(group, "bracket", (n, 2)).tolist()
+    effect = [Effect[name] if name else None for name in get_names(group, "effect")]
     coefficients = [json.loads(text) for text in get_names(group, "coefficients")]
     return tuple(
         LocusEvent(kind[i], parameter[i], solutions[i], arclength[i], Status[status[i]], tuple(bracket[i]), test[i],
-                   what[i], coefficients[i])
+                   what[i], coefficients[i], effect[i])
         for i in range(n)
     )  # fmt: skip

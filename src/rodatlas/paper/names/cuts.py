@@ -8,8 +8,8 @@ from itertools import pairwise
 from rodatlas.continuation import Solution
 from rodatlas.model import Part
 from rodatlas.model.places import solved_at
+from rodatlas.paper.names.segments import middle_curvature
 from rodatlas.rods.perfectly_anisotropic import rod_problem
-from rodatlas.states.names import middle_curvature
 
 SHEAR_TOLERANCE = 1e-9  # of the zero of k1(1/2)
 LEAST_TOLERANCE = 1e-6  # of its minimum, which a value of k1 to 1e-12 does not determine better
@@ -24,7 +24,7 @@ def cut_segment(solutions: Sequence[Solution], named: Sequence[Part], tolerance:
     Parameters
     ----------
     solutions : of the whole segment, in order of increasing shear.
-    named : its parts, from :func:`rodatlas.states.names.name_parts`.
+    named : its parts, from :func:`rodatlas.paper.names.segments.name_parts`.
     """
     cuts = []
     for one, two in pairwise(named):

@@ -10,10 +10,11 @@ from rodatlas.continuation import Solution, SpecialPoint
 from rodatlas.model import Model, Part
 from rodatlas.model.nomenclature import PALETTE, LocusTables
 from rodatlas.model.orbit import same_state
+from rodatlas.paper.names.at_setting import names_of
+from rodatlas.paper.names.curled import is_curled
 from rodatlas.paper.names.cuts import cut_segment
 from rodatlas.paper.names.numbering import ENDS, LOCI, number_neighbors, number_without_states
-from rodatlas.states.names import NAMES, OTHER, middle_curvature, name_parts
-from rodatlas.states.winding import is_curled
+from rodatlas.paper.names.segments import NAMES, OTHER, middle_curvature, name_parts
 
 COLORS = dict(
     zip(("U", "US+-", "uUu", "w", "W", "WS+-", "uUui", "wi", "S+-", "TU+-", "TW+-"), PALETTE, strict=True)
@@ -45,7 +46,7 @@ class YuHanna:
         return along == "shear" and all(setting.get(name, 0.0) == 0.0 for name in EQUAL)
 
     def parts(self, branches: Sequence[Any], segments: Sequence[Any]) -> list[list[Part]]:
-        """Named parts of stable segments, see :mod:`rodatlas.states.names`."""
+        """Named parts of stable segments, see :mod:`rodatlas.paper.names.segments`."""
         inverted = {f.id for f in branches if _holds_w(f)}
         return [name_parts(s.solutions, s.followed.symmetric, s.followed.id in inverted) for s in segments]
 
@@ -72,6 +73,10 @@ class YuHanna:
                 numbers = number_without_states(special, closed)
             out.append(numbers)
         return out
+
+    def names_at(self, states: Sequence[tuple[Solution, str, int, str]]) -> list[str | None]:
+        """Names of all states at one setting; see :func:`rodatlas.paper.names.at_setting.names_of`."""
+        return names_of(states)
 
     def in_plane(self, name: str) -> str:
         """The name itself."""

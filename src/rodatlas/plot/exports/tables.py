@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 SAMPLES = 201
 UNITS = "lengths in L, forces in GJ/L^2, moments and energies in GJ/L"
-MEANT = "; psi0 in radians, a is EI1/GJ"
+MEANT = "; angles in radians, a is EI1/GJ"
 
 
 def solution_table(solution: Solution, samples: int = SAMPLES) -> tuple[pd.DataFrame, list[str]]:

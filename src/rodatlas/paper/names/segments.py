@@ -5,7 +5,7 @@ A stable segment is a stretch of a branch on which every state is stable. The ru
 * reversal-broken and strongly twisted (:func:`rodatlas.rods.symmetry.is_twisted`): `TU+-` above the clamp plane,
   `TW+-` below it;
 * reversal-symmetric, containing dD = 0: `other` where the band is curled up there
-  (:func:`rodatlas.states.winding.is_curled`), `U` where the height is positive, `W` where it is negative;
+  (:func:`rodatlas.paper.names.curled.is_curled`), `U` where the height is positive, `W` where it is negative;
 * a segment that starts as U and goes on without a bifurcation through a dimple is cut at these changes of shape into
   U, w and uUui (the paper's U-w and U-w-uUui); the cuts are ends of kind 'smooth';
 * `other`, none of the named ones, where halfway along the segment k1 has fewer than two inflections or the band is
@@ -28,9 +28,10 @@ import numpy as np
 from rodatlas.continuation import Solution
 from rodatlas.continuation.checks import check_each
 from rodatlas.model import Part
+from rodatlas.paper.names.curled import is_curled
 from rodatlas.rods.state import RodState
 from rodatlas.rods.symmetry import is_twisted
-from rodatlas.states.winding import is_curled, is_wound
+from rodatlas.states.winding import is_wound
 
 NAMES = ("U", "US+-", "uUu", "w", "wi", "W", "WS+-", "uUui", "S+-", "TU+-", "TW+-")
 OTHER = "other"

@@ -6,12 +6,13 @@ import math
 from collections.abc import Sequence
 
 from rodatlas.continuation import EndReason, MeshControl, NotConverged, Solution, TraceOptions, solve, trace
+from rodatlas.paper.names.curled import is_curled
+from rodatlas.paper.names.segments import ZERO_HEIGHT, middle_curvature
 from rodatlas.rods.perfectly_anisotropic import rod_problem
 from rodatlas.rods.stability import morse_index_of
 from rodatlas.rods.state import RodState
 from rodatlas.rods.symmetry import is_twisted
-from rodatlas.states.names import ZERO_HEIGHT, middle_curvature
-from rodatlas.states.winding import is_curled, is_wound
+from rodatlas.states.winding import is_wound
 
 SHEAR_STEP = 1e-4  # of the difference quotient that tells w from uUui
 
@@ -20,7 +21,7 @@ def names_of(states: Sequence[tuple[Solution, str, int, str]]) -> list[str | Non
     """Names of all states at one setting, given as (solution, class, index, '+', '-' or '' when symmetric).
 
     Only stable ones of class + that are not wound up have names; the rules are those of
-    :mod:`rodatlas.states.names`, with what one setting shows in the place of a branch:
+    :mod:`rodatlas.paper.names.segments`, with what one setting shows in the place of a branch:
 
     * reversal-broken and strongly twisted: TU+- or TW+- by height; other broken ones with two inflections of k1 or more
       US+-, WS+- or S+- by height;
