@@ -159,7 +159,7 @@ def test_the_result_of_an_older_version_is_kept(place, one_slice, capsys, monkey
     assert run(*SLICE, *TOL, *RANGE) == 0
     (data,) = Path("out").glob("*.h5")
     old = data.read_bytes()
-    monkeypatch.setattr("rodatlas.atlas.slices.settings.ALGORITHM", 10_000)
+    monkeypatch.setattr("rodatlas.atlas.slices.settings.code_hash", lambda *folders: "other")
     assert run(*SLICE, *TOL, *RANGE) == 0
     assert f"it is kept as {data.name}.other" in capsys.readouterr().err
     assert Path(f"{data}.other").read_bytes() == old
