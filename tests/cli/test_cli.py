@@ -35,7 +35,7 @@ def run(capsys, *arguments):
         (["slice", "--angle", "15", "--tol", "0"], "tol: expected a number between 1e-10 and 1e-06, got 0.0"),
         (["slice", "--angle", "15", "--out", "/proc/rodatlas"], "out: expected a folder that can be written"),
         (["slice", "--angle", "15", "--json", "/"], "json: expected a file name or -, got the folder '/'"),
-        (["slice"], "Missing option '--angle'"),
+        (["slice"], "angle: expected --angle, or --angle-left and --angle-right, got none"),
         (["slice", "--angel", "15"], "No such option: --angel"),
         (["slyce"], "No such command 'slyce'"),
         (["solve", "--angle=15", "--shear=1", "--state=U", "--out=u"], "shear: expected a number of size"),
@@ -56,7 +56,8 @@ def test_a_state_that_is_not_there_says_what_is(capsys, tmp_path, monkeypatch):
     out = str(tmp_path / "x")
     code, _, err = run(capsys, "solve", "--angle", "15", "--shear", "0.2", "--state", "uUu", "--out", out)
     assert code == 2
-    assert "at angle 15 and shear 0.2 (U, W; 1024 of 1024 starts" in err.splitlines()[-1]
+    last = err.splitlines()[-1]
+    assert "at angle 15 deg, compression 0.5, poisson 0.25 and shear 0.2 (U, W; 1024 of 1024 starts" in last
     assert err.splitlines()[-1].endswith("got 'uUu'; 'rodatlas slice --angle 15' tells where it is")
 
 

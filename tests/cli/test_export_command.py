@@ -45,7 +45,7 @@ def test_a_member_of_a_pair_as_a_solid_in_millimeters(capsys, files, tmp_path):
     for name in ("US+", "US-"):
         out = tmp_path / f"{name}.stl"
         code, _, _ = run(
-            capsys, files / "slice.h5", "--state", name, "--shear", "0.5", "--out", out, "--band", "240x30x0.127"
+            capsys, files / "slice.h5", "--state", name, "--at", "0.5", "--out", out, "--band", "240x30x0.127"
         )
         assert code == 0
         mesh = trimesh.load(out)
@@ -64,7 +64,7 @@ def test_coexisting_states_in_one_scene(capsys, files, tmp_path):
 
 
 def test_one_file_for_each_table_and_shape(capsys, files, tmp_path):
-    for form in (("csv",), ("vtp", "--shear", "0.01")):
+    for form in (("csv",), ("vtp", "--at", "0.01")):
         assert run(capsys, files / "slice.h5", "--out", tmp_path / "s", "--format", *form)[0] == 0
     names = {p.name for p in tmp_path.iterdir()}
     assert names == {f"s-{x}.csv" for x in ("states", "events", "branches")} | {
@@ -105,7 +105,7 @@ def test_shapes_of_found_states(capsys, files, slice_15, tmp_path):
         ("", [], "got a folder"),
         ("other.json", [], "file: expected what 'rodatlas states --json' writes"),
         ("states.json", ["--format", "vtp", "--state", "TU+"], "state: expected one of US+, +2, got 'TU+'"),
-        ("states.json", ["--format", "vtp", "--shear", "0"], "shear: expected a shear only for the states of a slice"),
+        ("states.json", ["--format", "vtp", "--at", "0"], "at: expected a value only for the states of a slice"),
         ("wrong.json", ["--format", "vtp"], "state: expected N0, M0 of a state at angle 15, comp"),
         ("plain.h5", ["--format", "vtp"], "file: expected the solution of a rod, got one without N1, N2, N3"),
         ("u.h5", ["--format", "obj"], "format: expected one of csv, vtp, glb, stl, got 'obj'"),
@@ -114,15 +114,15 @@ def test_shapes_of_found_states(capsys, files, slice_15, tmp_path):
         ("u.h5", ["--format", "vtp", "--width", "1/0"], "width: expected the width over the length"),
         ("u.h5", ["--format", "vtp", "--width", "x"], "width: expected the width over the length, at most 1, such as"),
         ("u.h5", ["--format", "vtp", "--samples", "2"], "samples: expected a whole number from 3"),
-        ("u.h5", ["--state", "U", "--shear", "0"], "shear: expected a shear only for the states of a slice"),
+        ("u.h5", ["--state", "U", "--at", "0"], "at: expected a value only for the states of a slice"),
         ("u.h5", ["--state", "U"], "state: expected a name only for a slice or a search for states, got 'U'"),
-        ("u.h5", ["--shear", "0"], "shear: expected --state beside --shear for a table, got none"),
-        ("slice.h5", ["--shear", "0"], "shear: expected --state beside --shear for a table, got none"),
+        ("u.h5", ["--at", "0"], "at: expected --state beside --at for a table, got none"),
+        ("slice.h5", ["--at", "0"], "at: expected --state beside --at for a table, got none"),
         ("slice.h5", ["--state", "U"], "shear: expected the shear at which U is wanted, got none"),
-        ("slice.h5", ["--state", "U", "--shear", "0.7"], "shear: expected one at which U is stable at 15 deg, from -0"),
-        ("slice.h5", ["--state", "S+", "--shear", "0.7"], "state: expected one that is stable in the slice at 15 deg"),
-        ("slice.h5", ["--state", "Q", "--shear", "0.7"], "state: expected one of U, US+"),
-        ("slice.h5", ["--format", "glb", "--shear", "0.9"], "shear: expected a number from -0.05 to 0.82"),
+        ("slice.h5", ["--state", "U", "--at", "0.7"], "shear: expected one at which U is stable at angle 15"),
+        ("slice.h5", ["--state", "S+", "--at", "0.7"], "state: expected one that is stable in the slice at angle"),
+        ("slice.h5", ["--state", "Q", "--at", "0.7"], "state: expected one of U, US+"),
+        ("slice.h5", ["--format", "glb", "--at", "0.9"], "shear: expected a number from -0.05 to 0.82"),
     ],
 )
 def test_wrong_input_is_one_line(capsys, files, tmp_path, file, options, message):

@@ -193,7 +193,7 @@ def right(tmp_path_factory):
     branch.points[0].solution.save(folder / "solution.h5")
     branch.save(folder / "branch.h5")
     bare = trace(bvp, start, ("lam",), TraceOptions(bounds={"lam": (0.0, 1.0)}))
-    slice_ = Slice(band_slice(15.0), (SliceBranch(Followed("U", bare, True, None), ()),), (), (), 0.0)
+    slice_ = Slice(band_slice(15.0), (SliceBranch(Followed("U", bare, frozenset(), False), ()),), (), (), 0.0)
     slice_.save(folder / "slice.h5")
     return folder
 

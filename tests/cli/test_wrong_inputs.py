@@ -50,17 +50,33 @@ FURTHER = {  # wrong for one option only
     ("states", "--offset"): ["0.9", "-0.9", "1"], ("states", "--twist"): ["721", "-721"],
     ("states", "--shear"): ["0.9", "-0.9", "1"], ("solve", "--shear"): ["0.9", "-0.9", "1"],
     ("solve", "--angle"): ["-1", "90", "95"], ("solve", "--from"): ["none", "folder"],
-    ("export", "--samples"): ["0", "2", "1000000"], ("export", "--shear"): ["2", "-1.1"],
+    ("export", "--samples"): ["0", "2", "1000000"], ("export", "--at"): ["1e7", "-1e7"],
     ("export", "--format"): ["stl", "vtp", "glb"], ("export", "FILE"): ["none.h5", "none.json", "text.txt"],
     ("band", "--length"): ["0", "1e-300", "1"], ("band", "--width"): ["0", "500", "1e-300", "0.1"],
     ("band", "--thickness"): ["0", "5", "1e-300"], ("band", "--modulus"): ["0", "-1", "1e308", "1e-300"],
     ("band", "--density"): ["0", "-1", "1e308", "1e-300"], ("band", "--angle"): ["-1", "90"],
+    ("slice", "--from"): ["-1", "0.9"], ("slice", "--to"): ["-1", "0.9"], ("slice", "--shear"): ["0", "0.2"],
+    ("loci", "--in"): ["angle", "angle,angle", "a,b,c"], ("phase", "--in"): ["shear"],
     ("band", "--angle-error"): ["-1", "90"], ("band", "--displacement-error"): ["500"],
 }  # fmt: skip
 for _name in BASE:
     FURTHER |= {(_name, "--poisson"): ["-1", "0.6", "-2"], (_name, "--tol"): ["0", "1", "-1e-8", "1e-11", "1e-5"]}
     FURTHER[_name, "--compression"] = ["0", "1", "-0.5", "1e-300", "1e-7", "0.9999999999"]
 TOGETHER = [  # wrong only together
+    (["slice", "--along", "compression", "--angle", "15", "--compression", "0.4"], "compression: expected none beside"),
+    (["slice", "--along", "angle", "--angle", "15"], "angle: expected none beside --along angle, got '15'"),
+    (["slice", "--along", "angle-left", "--angle-left", "15"], "angle-left: expected none beside --along angle-left"),
+    (["slice", "--angle", "15", "--shear", "0.1"], "shear: expected none beside --along shear, got '0.1'"),
+    (["slice", "--angle", "15", "--along", "compression", "--shear-max", "0.5"], "shear-max: expected the range by"),
+    (["slice", "--angle", "15", "--from", "0.1", "--shear-max", "0.5"], "shear-max: expected the range by"),
+    (["slice", "--angle", "15", "--from", "0.4", "--to", "0.2"], "from: expected a number below that of --to, 0.2"),
+    (["slice", "--angle", "15", "--along", "lambda"], "along: expected one of poisson, compression, angle, "),
+    (["slice", "--angle", "15", "--against", "mass"], "against: expected one of height, energy, force-x, "),
+    (["slice", "--angle", "15", "--angle-left", "20"], "angle-left: expected no --angle beside --angle-left, got both"),
+    (["slice", "--angle-left", "20"], "angle-right: expected --angle-right beside --angle-left, got none"),
+    (["loci", "--in", "compression,shear"], "angle: expected --angle, or --angle-left and --angle-right, got none"),
+    (["loci", "--in", "angle,shear", "--shear", "0.1"], "shear: expected none beside --in angle,shear, got '0.1'"),
+    (["loci", "--in", "compression,shear", "--angle", "15", "--angle-max", "60"], "angle-max: expected none for the"),
     (["slice", "--angle", "15", "--out", "-"], "out: expected a folder that can be written, got '-'"),
     (["export", "u.h5", "--out", "-", "--format", "csv"], "out: expected a file name, got '-'"),
     (["solve", "--angle", "15", "--shear", "0", "--state", "U", "--out", "-"], "out: expected a file name, got '-'"),
@@ -72,7 +88,7 @@ TOGETHER = [  # wrong only together
     (["export", "u.h5", "--out", "x.vtp", "--width", "1/8", "--band", "240x3x0.1"], "width: expected no --width"),
     (["export", "u.h5", "--out", "x.csv", "--format", "stl"], "format: expected csv, as the file 'x.csv' is called"),
     (["export", "states.json", "--out", "x.csv", "--samples", "9"], "samples: expected --samples only for the table"),
-    (["export", "u.h5", "--out", "x.csv", "--shear", "0"], "shear: expected --state beside --shear for a table"),
+    (["export", "u.h5", "--out", "x.csv", "--at", "0"], "at: expected --state beside --at for a table"),
     (["study", "study.toml", "--out", "o", "--workers", "2", "--scheduler", "tcp://h:80"], "workers: expected no"),
     (["phase", "--angle-min", "50", "--angle-max", "40"], "angle-max: expected degrees with 50.01 <= angle-max"),
     (["band", "--length", "10", "--width", "20"], "band width: expected a positive length from 1e-08 to the len"),
@@ -85,7 +101,8 @@ TOGETHER = [  # wrong only together
     (["states", "--shear", "0", "--angle", "20", "--angle-right", "20"], "angle-right: expected no --angle beside"),
     (["states", "--shear", "0", "--angle-left", "181", "--angle-right", "0"], "angle-left: expected degrees between"),
     (["states", "--shear", "0.5", "--angle", "20", "--offset", "0.8"], "shear: expected a number of size below 0.33"),
-    (["slice"], "Missing option '--angle'"), (["solve"], "Missing option"), (["states", "--angle", "1"], "Missing opt"),
+    (["slice"], "angle: expected --angle, or --angle-left and --angle-right, got none"),
+    (["solve"], "Missing option"), (["states", "--angle", "1"], "Missing opt"),
     (["export", "u.h5"], "Missing option '--out'"), (["export"], "Missing argument"), (["show"], "Missing argument"),
     (["study", "study.toml"], "Missing option '--out'"), (["slyce"], "No such command 'slyce'"),
     (["--angle", "15"], "No such option"), (["show", "folder", "more"], "Got unexpected extra argument"),
@@ -148,7 +165,7 @@ def place(tmp_path_factory):
 
 
 WORK = {  # where each command begins to compute
-    "rodatlas.atlas.slices.obtain": "compute_slice", "rodatlas.atlas.slices.reach": "find_states",
+    "rodatlas.atlas.slices.obtain": "compute_slice", "rodatlas.paper.model": "find_states",
     "rodatlas.states.discover": "hunt", "rodatlas.atlas.experiments.real_band": "state_at",
     "rodatlas.atlas.loci.obtain": "compute_loci", "rodatlas.atlas.phase.obtain": "obtain_slices",
     "rodatlas.atlas.study.run": "LocalExecutor", "rodatlas.paper.output": "draw_to",

@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 from rodatlas.cli import main
-from rodatlas.paper import ENTRIES, NOT_DRAWN, chosen, names
+from rodatlas.paper import ENTRIES, NOT_DRAWN, chosen, figure_names
 from rodatlas.paper.drawn import Number, known_numbers
 from rodatlas.paper.output import draw_to, page_of, stored_records, texts_of, to_json, write_tables
 from rodatlas.paper.page import SHOWN, write_page
@@ -33,7 +33,7 @@ def test_every_figure_of_the_paper_is_drawn_or_said_to_be_missing():
     assert all(NOT_DRAWN.values())
 
 
-@pytest.mark.parametrize("entry", ENTRIES, ids=names())
+@pytest.mark.parametrize("entry", ENTRIES, ids=figure_names())
 def test_every_entry_has_a_module_that_takes_its_options(entry):
     draw = import_module(f"rodatlas.paper.{entry.module}").draw
     signature(draw).bind(None, **entry.options)
@@ -42,7 +42,7 @@ def test_every_entry_has_a_module_that_takes_its_options(entry):
 
 
 def test_names_are_unique_and_a_wrong_one_is_named():
-    assert len(set(names())) == len(names())
+    assert len(set(figure_names())) == len(figure_names())
     assert [e.name for e in chosen(["profiles", "slice-15", "profiles"])] == ["profiles", "slice-15"]
     assert chosen([]) == list(ENTRIES)
     with pytest.raises(ValueError, match=r"^figure: expected one of .*, got 'fig-1'$"):
@@ -159,7 +159,7 @@ def test_wrong_input_is_one_line(capsys, tmp_path, monkeypatch, arguments, messa
 def test_the_list_names_every_figure(capsys):
     code, out, _ = run(capsys, "paper", "--list")
     assert code == 0
-    for name in names():
+    for name in figure_names():
         assert name in out
     assert out.count("(not drawn)") == len(NOT_DRAWN)
 
@@ -172,7 +172,7 @@ def test_the_page_of_the_documentation_needs_every_figure(tmp_path):
 def test_the_page_of_the_documentation_has_the_numbers_of_today(sources):
     """Those that are quick to draw; every figure it shows is there, small, and every figure has a part."""
     page = (DOCS / "paper.md").read_text(encoding="utf-8")
-    for name in names():
+    for name in figure_names():
         assert f"## {name}\n" in page
     for entry in chosen(["profiles", "sheared"]):
         part = page.split(f"## {entry.name}\n")[1].split("\n## ")[0]

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, NamedTuple
 
@@ -53,11 +53,8 @@ def slice_settings_from(fixed: Texts, tol: str, search: str = "256", where: Rang
 
     model, where = band(), where or Range()
     control = model.control("shear" if where.along is None else where.along, "along")
+    _refuse_varied(model, fixed, (control,), f"--along {control.name}")
     values = control_values(model, fixed, control)
-    varying = model.holder(control.name).name
-    for name in (control.name, varying):
-        if name in values:
-            raise ValueError(f"{name}: expected none beside --along {control.name}, got {values[name]:g}")
     low, high = _ends(model, values, control, where)
     return SliceSettings.of(
         model, along=control.name, low=low, high=high, against=where.against, tolerance=number("tol", tol),
@@ -101,11 +98,8 @@ def plane_from(fixed: Texts, where: str | None) -> Plane:
     second, along = (model.control(name, "in") for name in names)
     if second.parameter == along.parameter:
         raise ValueError(f"in: expected two controls that are independent, got '{shown(where or '')}'")
+    _refuse_varied(model, fixed, (second, along), f"--in {second.name},{along.name}")
     values = control_values(model, fixed, second, along)
-    for control in (second, along):
-        for name in (control.name, model.holder(control.name).name):
-            if name in values:
-                raise ValueError(f"{name}: expected none beside --in {second.name},{along.name}, got {values[name]:g}")
     return Plane(model, second.name, along.name, keywords(values))
 
 
@@ -162,6 +156,14 @@ def _ends(
     if ends[0] is not None and ends[1] is not None and not ends[0] < ends[1]:
         raise ValueError(f"from: expected a number below that of --to, {ends[1]:g}, got {ends[0]:g}")
     return ends[0], ends[1]
+
+
+def _refuse_varied(model: Model, fixed: Texts, varied: Sequence[Control], beside: str) -> None:
+    """ValueError for a value of a control that varies."""
+    for control in varied:
+        for name in (control.name, model.holder(control.name).name):
+            if (text := fixed.get(name)) is not None:
+                raise ValueError(f"{name}: expected none beside {beside}, got '{shown(text)}'")
 
 
 def keywords(values: Mapping[str, float]) -> dict[str, float]:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -19,11 +19,13 @@ if TYPE_CHECKING:
     from rodatlas.atlas.study.inspection import Entry
 
 STYLES = {"partial": "yellow", "damaged": "red", "failed": "red", "missing": "dim"}
+# keys of settings that are told otherwise, or tell a reader nothing
+HIDDEN = ("setting", "code", "low", "high", "second_low", "second_high", "loci_low", "loci_high")
 UNITS = ((10**9, "GB"), (10**6, "MB"), (10**3, "kB"))
 SHORT = {
     "angle_deg": "angle", "compression": "dL", "poisson": "nu", "shear": "dD", "tolerance": "tol",
-    "shear_min": "dD >=", "shear_max": "dD <=", "angle_max": "angle <=", "stable_only": "stable only",
-    "classes": "class", "rodatlas": "version",
+    "shear_min": "dD >=", "shear_max": "dD <=", "angle_min": "angle >=", "angle_max": "angle <=",
+    "stable_only": "stable only", "classes": "class", "rodatlas": "version",
 }  # fmt: skip
 
 
@@ -62,7 +64,7 @@ def _table(kind: str, entries: Sequence[Entry]) -> Table:
         table.add_column(name, justify="right", no_wrap=True)
     for e in entries:
         table.add_row(
-            e.file, described({k: v for k, v in e.settings.items() if k not in common}), e.status,
+            e.file, described({k: v for k, v in flat(e.settings).items() if k not in common}), e.status,
             e.contents + (f", {e.warnings} warnings" if e.warnings else ""),
             "" if e.seconds is None else f"{e.seconds:.1f}", sized(e.size), style=STYLES.get(e.status),
         )  # fmt: skip
@@ -71,10 +73,23 @@ def _table(kind: str, entries: Sequence[Entry]) -> Table:
 
 def _shared(entries: Sequence[Entry]) -> dict[str, Any]:
     """Settings that are the same for all of several results that have settings."""
-    known = [e.settings for e in entries if e.settings]
+    known = [flat(e.settings) for e in entries if e.settings]
     if len(known) < 2:
         return {}
     return {k: v for k, v in known[0].items() if all(k in s and s[k] == v for s in known)}
+
+
+def flat(settings: Mapping[str, Any]) -> dict[str, Any]:
+    """Settings without what identifies the code, controls and ranges by name; of those at zero the angle only."""
+    if not isinstance(settings.get("setting"), dict):
+        return dict(settings)
+    found = {k: v for k, v in settings["setting"].items() if v != 0.0 or k == "angle"}
+    found |= {k: v for k, v in settings.items() if k not in HIDDEN}
+    for ends, control in ((("low", "high"), "along"), (("second_low", "second_high"), "second")):
+        for name, word in zip(ends, ("min", "max"), strict=True):
+            if name in settings:
+                found[f"{settings.get(control)}_{word}"] = settings[name]
+    return found
 
 
 def described(settings: dict[str, Any]) -> str:

@@ -35,6 +35,7 @@ def run(
     """
     value = number("shear", shear)
     settings = slice_settings_from(fixed, tol)
+    settings.control.check(value, settings.setting)
     at = settings.whole_setting(value)
     from rodatlas.atlas.slices.reach import reach
 

@@ -187,8 +187,9 @@ class Model:
             control.check(value, found)
             added = (c.name for c in self.controls if c.parameter in control.added and not c.derived)
             found[self.holder(control.name).name] = float(value) - sum(found[name] for name in added)
-        for name, value in found.items():
-            self.control(name).check(value, found)
+        told = {c.name for c, _ in given}
+        for name in sorted(found, key=lambda name: name not in told):  # a default is not to blame for a given value
+            self.control(name).check(found[name], found)
         return Setting(found)
 
     def holder(self, control: str) -> Control:

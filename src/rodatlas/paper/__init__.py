@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from rodatlas.paper.sources import Sources
 
 __all__ = [
-    "ENTRIES", "NOT_DRAWN", "PAPER", "Entry", "band", "band_loci", "band_phase", "band_slice", "chosen", "names",
+    "ENTRIES", "NOT_DRAWN", "PAPER", "Entry", "band", "band_loci", "band_phase", "band_slice", "chosen", "figure_names",
 ]  # fmt: skip
 PAPER = (
     'T. Yu and J. A. Hanna, "Bifurcations of buckled, clamped anisotropic rods and thin bands under lateral end '
@@ -105,7 +105,7 @@ NOT_DRAWN = {
 }
 
 
-def names() -> list[str]:
+def figure_names() -> list[str]:
     """Names of all figures, in the order of the paper."""
     return [entry.name for entry in ENTRIES]
 

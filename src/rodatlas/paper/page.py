@@ -9,7 +9,7 @@ import sys
 from collections.abc import Sequence
 from pathlib import Path
 
-from rodatlas.paper import names
+from rodatlas.paper import figure_names
 from rodatlas.paper.output import page_of, stored_records
 
 SHOWN = (
@@ -36,7 +36,7 @@ def write_page(folder: Path, target: Path, shown: Sequence[str] = SHOWN) -> list
         when a figure has not been drawn.
     """
     records = stored_records(folder)
-    missing = [name for name in names() if name not in {r["name"] for r in records}]
+    missing = [name for name in figure_names() if name not in {r["name"] for r in records}]
     if missing:
         raise ValueError(f"folder: expected all figures to be drawn in {folder}, got none of {', '.join(missing)}")
     written = [_small_copy(folder / f"fig-{name}.png", target / f"paper-{name}.png") for name in shown]

@@ -271,6 +271,15 @@ class LociSettings(PlaneSettings):
     >>> LociSettings.of(model_named("band"), second="compression", angle=20.0)
     """
 
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        if not any(self.second_low <= start <= self.second_high for start in self.starts):
+            places = ", ".join(f"{start:g}" for start in self.starts)
+            raise ValueError(
+                f"{self.second}-max: expected a range of {self.second} that holds one of {places}, at whose slices "
+                f"bifurcations are looked for, got {self.second_low:g} to {self.second_high:g}"
+            )
+
     def identity(self) -> dict[str, object]:
         """Everything that decides the numbers, as plain values."""
         return self._identity("atlas/loci")

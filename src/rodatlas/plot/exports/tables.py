@@ -44,7 +44,8 @@ def slice_tables(slice_: Any) -> dict[str, pd.DataFrame]:
     frames = []
     for b in slice_.branches:
         frame = pd.DataFrame(b.followed.branch.to_frame())
-        frame[control.parameter] = [control.value(row) for row in frame.to_dict("records")]
+        if control.parameter in frame:
+            frame[control.parameter] = [control.value(row) for row in frame.to_dict("records")]
         frame.insert(0, "branch", b.id)
         frames.append(frame.rename(columns={control.parameter: control.key}).drop(columns=list(fixed), errors="ignore"))
     branches = pd.concat(frames, ignore_index=True) if frames else pd.DataFrame()
