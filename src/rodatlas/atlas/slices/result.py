@@ -135,7 +135,7 @@ class SliceBranch:
 
     Attributes
     ----------
-    mirror : where a further symmetry leaves the setting alone, as the angle mirror of level clamps: the id of the branch
+    mirror : where a further symmetry leaves the setting alone, as between level clamps: the id of the branch
         that it makes of this one (or of another member of it); its own where it maps to itself. Otherwise None.
     """
 

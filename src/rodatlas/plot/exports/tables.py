@@ -11,6 +11,7 @@ import numpy as np
 
 from rodatlas.continuation.checks import check_has
 from rodatlas.files import replace_file
+from rodatlas.rods.model import CONTROLS
 
 if TYPE_CHECKING:
     import pandas as pd
