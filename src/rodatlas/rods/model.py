@@ -134,7 +134,7 @@ def rod_model(
 
     Examples
     --------
-    See `examples/softening_rod.py`, which brings a law of its own.
+    See `examples/models/softening_rod.py`, which brings a law of its own.
     """
     check_type("rod", rod, ElasticRod, "an ElasticRod, see elastic_rod")
     pairs = None if pairing is None else tuple(pairing)

@@ -1,6 +1,6 @@
 r"""A rod that softens as it is bent, with a law of its own, through the atlas of any rod.
 
-    python examples/softening_rod.py
+    python examples/models/softening_rod.py
 
 The package knows linear laws. This one is written here: the curvature about the width grows faster than the moment,
 
