@@ -16,6 +16,14 @@ BASE = ("files", "progress", "failures")  # import nothing of the package, are i
 LAYERS = (  # top to bottom
     "cli", "explorer", "paper", "atlas", "states", "snap", "plot", "rods", "model", "continuation", *BASE,
 )  # fmt: skip
+INSIDE = {  # folders and modules of a package, the same; and what loads something above it when it is called
+    "atlas/slices": (
+        ("reach", "close_up", "obtain", "compute", "store", "states", "result", "branches", "settings"),
+        {"result": ("store", "states")},
+    ),
+    "atlas": (("study", "phase", "loci", "slices"), {"phase": ("study",)}),  # a plane is sampled by many slices
+    "plot": (("exports", "branches", "planes", "shapes", "slices", "band", "look"), {}),
+}
 ENGINE = ("locus", "curve", "singular", "symmetric", "store", "results", "discrete", "problem", "linear")  # the same
 # `branch.plot()` loads its figure when it is called, as `branch.save()` loads the store: one call for a user of the
 # engine, whose modules know nothing of figures otherwise
@@ -68,6 +76,27 @@ def test_imports_run_down_the_list(path: Path) -> None:
 def test_every_folder_is_a_known_layer() -> None:
     folders = {p.name for p in ROOT.iterdir() if p.is_dir() and any(p.rglob("*.py"))}
     assert folders <= set(LAYERS)
+
+
+@pytest.mark.parametrize("package", INSIDE)
+def test_imports_run_down_inside_packages(package: str) -> None:
+    """From folder to folder, and from a module beside them; what stands in no list is below all."""
+    order, lazily = INSIDE[package]
+    dotted = f"rodatlas.{package.replace('/', '.')}."
+    for path in sorted((ROOT / package).rglob("*.py")):
+        room = path.relative_to(ROOT / package).parts[0].removesuffix(".py")
+        if room not in order:
+            continue  # the face, or what stands below all
+        for name in imported(path):
+            other = name.removeprefix(dotted).split(".")[0] if name.startswith(dotted) else ""
+            if other in order and other not in lazily.get(room, ()):
+                assert order.index(other) >= order.index(room), f"{package}: {room} imports {name}, which is above it"
+
+
+@pytest.mark.parametrize("package", INSIDE)
+def test_every_folder_inside_has_a_place_in_the_order(package: str) -> None:
+    folders = {p.name for p in (ROOT / package).iterdir() if p.is_dir() and any(p.glob("*.py"))}
+    assert folders - {"experiments"} <= set(INSIDE[package][0])
 
 
 def engine_modules() -> list[Path]:

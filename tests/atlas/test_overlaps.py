@@ -4,9 +4,9 @@ import pytest
 
 from rodatlas.atlas import coexisting_states, compute_slice
 from rodatlas.atlas.contents import shapes_of
-from rodatlas.atlas.slices.coexisting import overlaps
-from rodatlas.atlas.slices.pick import pick_state
 from rodatlas.atlas.slices.reach import reach
+from rodatlas.atlas.slices.states.coexisting import overlaps
+from rodatlas.atlas.slices.states.pick import pick_state
 from rodatlas.cli import main
 from rodatlas.model.orbit import same_state
 from rodatlas.paper.model import band, band_slice

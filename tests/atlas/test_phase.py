@@ -9,7 +9,7 @@ import pytest
 from rodatlas.atlas import PhaseDiagram, compute_phase, compute_slice
 from rodatlas.atlas.phase.arrangement import polygon_of
 from rodatlas.atlas.phase.complete import stable_names
-from rodatlas.atlas.slices.follow import carried_from
+from rodatlas.atlas.slices.branches.follow import carried_from
 from rodatlas.atlas.study import Study
 from rodatlas.atlas.study.inspection import inspect_file
 from rodatlas.cli import main

@@ -5,8 +5,8 @@ from dataclasses import replace
 import pytest
 
 from rodatlas.atlas.slices import reach as module
-from rodatlas.atlas.slices.coexisting import solve_state
 from rodatlas.atlas.slices.reach import reach
+from rodatlas.atlas.slices.states.coexisting import solve_state
 from rodatlas.cli import main
 from rodatlas.continuation import Solution
 from rodatlas.paper import model as paper_model

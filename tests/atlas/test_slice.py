@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from rodatlas.atlas import BranchCache, compute_slice, reach
-from rodatlas.atlas.slices.pick import pick_state
+from rodatlas.atlas.slices.states.pick import pick_state
 from rodatlas.continuation import NewtonCode, NotConverged, Status
 from rodatlas.model.model import Source
 from rodatlas.model.orbit import same_state
@@ -109,7 +109,7 @@ def test_thirty_degrees(slice_30):
 @pytest.mark.parametrize("factor", [0.3, 3.0])
 def test_nothing_is_missed_when_steps_change(slice_15, factor, monkeypatch):
     """The lists of bifurcations are the same when all steps are scaled."""
-    from rodatlas.atlas.slices import follow, seeds
+    from rodatlas.atlas.slices.branches import follow, seeds
 
     def scaled(**settings):
         from rodatlas.continuation import StepControl
@@ -187,7 +187,7 @@ def test_smooth_cuts_do_not_depend_on_the_steps(slice_30):
 
 
 def test_what_goes_wrong_at_the_reference_angle_is_said(monkeypatch):
-    from rodatlas.atlas.slices import follow
+    from rodatlas.atlas.slices.branches import follow
 
     def nothing(setting, tolerance, keep):
         return [], [f"nothing at {setting['angle']:g}"]
@@ -198,7 +198,7 @@ def test_what_goes_wrong_at_the_reference_angle_is_said(monkeypatch):
 
 
 def test_a_state_that_cannot_be_carried_over_is_said(slice_15, monkeypatch):
-    from rodatlas.atlas.slices import seeds
+    from rodatlas.atlas.slices.branches import seeds
 
     def fails(*arguments, **options):
         raise NotConverged(NewtonCode.SLOW, "start of the run")

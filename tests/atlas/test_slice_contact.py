@@ -11,8 +11,8 @@ from rich.console import Console
 
 from rodatlas.atlas import Slice, compute_slice
 from rodatlas.atlas.phase.compute import slice_warnings
-from rodatlas.atlas.slices.coexisting import solve_state
-from rodatlas.atlas.slices.contact import contact_of_slices, contact_ranges, contact_warnings
+from rodatlas.atlas.slices.states.coexisting import solve_state
+from rodatlas.atlas.slices.states.contact import contact_of_slices, contact_ranges, contact_warnings
 from rodatlas.cli.slice import _table as slice_table
 from rodatlas.cli.solve import _table as solve_table
 from rodatlas.cli.states import _table as states_table
@@ -20,9 +20,9 @@ from rodatlas.cli.tables import say_table
 from rodatlas.paper.model import band_phase, band_slice
 from rodatlas.paper.names.yu_hanna import COLORS
 from rodatlas.plot import color_of, draw_profiles, draw_slice, draw_slice_figure
-from rodatlas.plot.curves import branch_stretches
 from rodatlas.plot.exports.tables import slice_tables
-from rodatlas.plot.panel import label_of
+from rodatlas.plot.slices.curves import branch_stretches
+from rodatlas.plot.slices.panel import label_of
 from rodatlas.rods import NARROW, Ends, self_contact
 from rodatlas.states.discover import Discovery, FoundState
 

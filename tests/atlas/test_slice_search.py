@@ -6,10 +6,11 @@ import numpy as np
 import pytest
 
 from rodatlas.atlas import BranchCache, FolderCache, Followed, compute_slice
-from rodatlas.atlas.slices import crosscheck, follow
-from rodatlas.atlas.slices.follow import trace_options
-from rodatlas.atlas.slices.search import Found, search_at, searched_values
-from rodatlas.atlas.slices.segments import stable_segments
+from rodatlas.atlas.slices.branches import follow
+from rodatlas.atlas.slices.branches.follow import trace_options
+from rodatlas.atlas.slices.branches.search import Found, search_at, searched_values
+from rodatlas.atlas.slices.states import crosscheck
+from rodatlas.atlas.slices.states.segments import stable_segments
 from rodatlas.continuation import trace
 from rodatlas.paper.model import band_slice
 from rodatlas.paper.names.segments import OTHER, name_parts

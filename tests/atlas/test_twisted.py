@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from rodatlas.atlas import BranchCache, compute_slice, reach
-from rodatlas.atlas.slices import seeds
-from rodatlas.atlas.slices.follow import trace_options
+from rodatlas.atlas.slices.branches import seeds
+from rodatlas.atlas.slices.branches.follow import trace_options
 from rodatlas.continuation import EndReason, NewtonCode, NotConverged, trace
 from rodatlas.paper.model import band, band_slice
 from rodatlas.rods import (

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from rodatlas.atlas import compute_slice
-from rodatlas.atlas.slices.match import crossings, lies_on
+from rodatlas.atlas.slices.branches.match import crossings, lies_on
 from rodatlas.paper.model import band_slice
 from rodatlas.rods import RodState, critical_mode, index_of, mirror_angle, reverse
 

@@ -6,8 +6,8 @@ import pytest
 from rodatlas.atlas.slices.close_up import close_up
 from rodatlas.paper.close_ups import angles_around, numbered, window_of
 from rodatlas.paper.phase import meeting, numbers_of
-from rodatlas.plot.close_ups import Panel, draw_close_ups
-from rodatlas.plot.curves import slice_stretches
+from rodatlas.plot.slices.close_ups import Panel, draw_close_ups
+from rodatlas.plot.slices.curves import slice_stretches
 
 WINDOW = ((0.49, 0.54), (0.14, 0.17))  # around fold 7 and pitchfork 9 at 15 degrees
 

@@ -7,11 +7,11 @@ import pytest
 
 from rodatlas.paper import critical_mode, phase, poisson, setup, sheared, states
 from rodatlas.paper.slices import numbers_of
-from rodatlas.plot.against import draw_curves_against
-from rodatlas.plot.gallery import draw_gallery
-from rodatlas.plot.modes import draw_mode
-from rodatlas.plot.sequence import draw_sequence
-from rodatlas.plot.style import new_figure
+from rodatlas.plot.look.style import new_figure
+from rodatlas.plot.planes.against import draw_curves_against
+from rodatlas.plot.shapes.gallery import draw_gallery
+from rodatlas.plot.shapes.modes import draw_mode
+from rodatlas.plot.shapes.sequence import draw_sequence
 from rodatlas.rods import RodState, index_of, pair_member
 
 

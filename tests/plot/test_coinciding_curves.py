@@ -9,10 +9,10 @@ import pytest
 from rodatlas.atlas import coexisting_states
 from rodatlas.paper.names.yu_hanna import COLORS
 from rodatlas.plot import color_of, draw_profiles, draw_slice, draw_slice_figure
-from rodatlas.plot.curves import Stretch
-from rodatlas.plot.overlaps import NEAR, RUN, draw_overlaps, overlaps_of
-from rodatlas.plot.panel import whole_states
-from rodatlas.plot.style import STABLE_WIDTH, new_figure
+from rodatlas.plot.look.style import STABLE_WIDTH, new_figure
+from rodatlas.plot.slices.curves import Stretch
+from rodatlas.plot.slices.overlaps import NEAR, RUN, draw_overlaps, overlaps_of
+from rodatlas.plot.slices.panel import whole_states
 
 
 def lines(ax, gid):

@@ -14,8 +14,8 @@ import rodatlas.plot
 from rodatlas.continuation import Solution
 from rodatlas.paper import band
 from rodatlas.plot import draw_triad, render_band, save_figure
-from rodatlas.plot.heading import setting_of, setting_text
-from rodatlas.plot.style import new_figure
+from rodatlas.plot.look.heading import setting_of, setting_text
+from rodatlas.plot.look.style import new_figure
 from rodatlas.rods import Ends, state_at
 
 PREFIXES = ("draw_", "label_", "render_")
@@ -88,7 +88,7 @@ def figure(shade):
 SAVE_FOR_EVER = """
 import sys
 from rodatlas.plot import save_figure
-from rodatlas.plot.style import new_figure
+from rodatlas.plot.look.style import new_figure
 fig = new_figure(2.0, 2.0)
 fig.add_subplot().plot([0.0, 1.0], [0.0, float(sys.argv[2])])
 while True:

@@ -6,8 +6,8 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
-from rodatlas.plot.curves import branch_stretches, slice_stretches, unique_events
-from rodatlas.plot.placement import uncovered
+from rodatlas.plot.look.placement import uncovered
+from rodatlas.plot.slices.curves import branch_stretches, slice_stretches, unique_events
 
 
 def distances(points, stretches):

@@ -11,6 +11,7 @@ import trimesh
 
 from rodatlas.continuation import Solution, solve
 from rodatlas.paper.model import band_loci
+from rodatlas.plot.band.surface import band_surface
 from rodatlas.plot.exports import (
     box,
     loci_tables,
@@ -25,7 +26,6 @@ from rodatlas.plot.exports import (
     write_vtp,
 )
 from rodatlas.plot.exports.mesh import ACROSS
-from rodatlas.plot.surface import band_surface
 from rodatlas.rods import mirror_shear, reverse, rod_problem
 
 LENGTH, THICKNESS = 240.0, 0.127  # mm

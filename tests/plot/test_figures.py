@@ -9,13 +9,13 @@ import matplotlib as mpl
 import numpy as np
 import pytest
 
-from rodatlas.atlas.slices.coexisting import coexisting_states, richest_value
+from rodatlas.atlas.slices.states.coexisting import coexisting_states, richest_value
 from rodatlas.paper.names.segments import NAMES
 from rodatlas.paper.names.yu_hanna import COLORS
 from rodatlas.plot import color_of, draw_profiles, draw_slice, draw_slice_figure, label_of, save_figure
-from rodatlas.plot.arrangement import crosses, isotonic
-from rodatlas.plot.curves import unique_events
-from rodatlas.plot.style import INK, new_figure
+from rodatlas.plot.look.style import INK, new_figure
+from rodatlas.plot.slices.arrangement import crosses, isotonic
+from rodatlas.plot.slices.curves import unique_events
 from rodatlas.rods.symmetry import pair_member
 
 # Machado, Oliveira & Fernandes 2009, severity 1
@@ -194,7 +194,7 @@ def test_isotonic_is_the_nearest_increasing_sequence():
 
 def test_every_stable_stretch_belongs_to_a_named_state(slice_30):
     """Where U becomes w between two computed points, the curve is cut exactly there."""
-    from rodatlas.plot.curves import slice_stretches
+    from rodatlas.plot.slices.curves import slice_stretches
 
     stable = [x for x in slice_stretches(slice_30) if x.stable]
     assert {x.name for x in stable} == {s.name for s in slice_30.states}

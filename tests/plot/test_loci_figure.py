@@ -8,8 +8,8 @@ from matplotlib.legend import Legend
 
 from rodatlas.paper.model import band_loci
 from rodatlas.plot import draw_loci, draw_loci_figure
-from rodatlas.plot.loci import LINES
-from rodatlas.plot.style import new_figure
+from rodatlas.plot.look.style import new_figure
+from rodatlas.plot.planes.loci import LINES
 
 
 def piece(number, kind, left, right, curve, events=()):

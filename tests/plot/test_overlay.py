@@ -6,8 +6,8 @@ import pytest
 from rodatlas.atlas.experiments.comparison import compare
 from rodatlas.atlas.experiments.measured import Measurement
 from rodatlas.paper.names.yu_hanna import COLORS
-from rodatlas.plot.overlay import draw_overlay
-from rodatlas.plot.style import color_of
+from rodatlas.plot.look.style import color_of
+from rodatlas.plot.slices.overlay import draw_overlay
 from rodatlas.rods import limiting_shear
 
 ROWS = (

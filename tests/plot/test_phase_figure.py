@@ -14,7 +14,7 @@ from rodatlas.atlas.phase.result import Interval
 from rodatlas.paper.model import band_phase
 from rodatlas.paper.phase import CLOSE_UPS, PANELS, close_ups_of
 from rodatlas.plot import draw_phase, draw_phase_figure, draw_phase_states, draw_region, save_figure
-from rodatlas.plot.phase import count_colors
+from rodatlas.plot.planes.phase import count_colors
 
 ANGLE_LABEL, SHEAR_LABEL = r"clamp angle $\psi_0$  (degrees)", r"shear $\Delta D$  (units of $L$)"
 SETTING = r"$\Delta L=0.5\,L$,  $\nu=0.25$"

@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 
 from rodatlas.continuation import Solution
-from rodatlas.plot.render import View, render_band
-from rodatlas.plot.style import new_figure
-from rodatlas.plot.surface import NARROW, band_surface
+from rodatlas.plot.band.render import View, render_band
+from rodatlas.plot.band.surface import NARROW, band_surface
+from rodatlas.plot.look.style import new_figure
 from rodatlas.rods.ends import Ends
 from rodatlas.rods.symmetry import plus_member, reverse
 

@@ -17,22 +17,23 @@ if TYPE_CHECKING:
     from rodatlas.atlas.phase.compute import compute_phase
     from rodatlas.atlas.phase.result import PhaseDiagram, Region
     from rodatlas.atlas.phase.settings import PhaseSettings
-    from rodatlas.atlas.slices.cache import BranchCache, FolderCache
-    from rodatlas.atlas.slices.coexisting import coexisting_states, richest_value, solve_state
+    from rodatlas.atlas.slices.branches.cache import BranchCache, FolderCache
+    from rodatlas.atlas.slices.branches.follow import Followed
     from rodatlas.atlas.slices.compute import compute_slice
-    from rodatlas.atlas.slices.follow import Followed
     from rodatlas.atlas.slices.reach import reach
     from rodatlas.atlas.slices.result import Event, Slice, SliceBranch, State, StateEnd
     from rodatlas.atlas.slices.settings import SliceSettings
+    from rodatlas.atlas.slices.states.coexisting import coexisting_states, richest_value, solve_state
 
 _HOME = {
-    "BranchCache": "slices.cache", "Event": "slices.result", "FolderCache": "slices.cache",
-    "Followed": "slices.follow", "Loci": "loci.result", "LociSettings": "loci.settings", "PhaseDiagram": "phase.result",
+    "BranchCache": "slices.branches.cache", "Event": "slices.result", "FolderCache": "slices.branches.cache",
+    "Followed": "slices.branches.follow", "Loci": "loci.result", "LociSettings": "loci.settings",
+    "PhaseDiagram": "phase.result",
     "PhaseSettings": "phase.settings", "Piece": "loci.result", "PlaneEvent": "loci.events", "Region": "phase.result",
     "Slice": "slices.result", "SliceBranch": "slices.result", "SliceSettings": "slices.settings",
-    "State": "slices.result", "StateEnd": "slices.result", "coexisting_states": "slices.coexisting",
+    "State": "slices.result", "StateEnd": "slices.result", "coexisting_states": "slices.states.coexisting",
     "compute_loci": "loci.compute", "compute_phase": "phase.compute", "compute_slice": "slices.compute",
-    "reach": "slices.reach", "richest_value": "slices.coexisting", "solve_state": "slices.coexisting",
+    "reach": "slices.reach", "richest_value": "slices.states.coexisting", "solve_state": "slices.states.coexisting",
 }  # fmt: skip
 
 __all__ = [

@@ -11,9 +11,9 @@ from typing import TYPE_CHECKING, Any
 
 from rodatlas.atlas.loci.result import Loci
 from rodatlas.atlas.open import Result
-from rodatlas.atlas.slices.coexisting import coexisting_states, richest_value
-from rodatlas.atlas.slices.pick import pick_state
 from rodatlas.atlas.slices.result import Slice
+from rodatlas.atlas.slices.states.coexisting import coexisting_states, richest_value
+from rodatlas.atlas.slices.states.pick import pick_state
 from rodatlas.continuation import Solution
 from rodatlas.rods.ends import Ends
 from rodatlas.rods.perfectly_anisotropic import FULL

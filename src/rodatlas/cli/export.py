@@ -138,7 +138,7 @@ def _colors(found: Result | StatesTable) -> Mapping[str, str]:
     """Colors of shapes by name: as in the figures of a slice, or of the search for states of a band."""
     from rodatlas.atlas import Slice
     from rodatlas.paper.names.yu_hanna import COLORS
-    from rodatlas.plot.style import colors_of
+    from rodatlas.plot.look.style import colors_of
 
     return colors_of(found) if isinstance(found, Slice) else COLORS
 
@@ -148,8 +148,8 @@ def _shapes(
 ) -> list[Path]:
     """Write shapes: all into one scene of GLB, one file for each of other formats."""
     from rodatlas.plot import color_of
+    from rodatlas.plot.band.surface import band_surface
     from rodatlas.plot.exports import box, point_fields, sheet, write_glb, write_stl, write_vtp
-    from rodatlas.plot.surface import band_surface
 
     surfaces = {name: band_surface(s, size.width, samples) for name, s in solutions.items()}
     if wanted == "glb":

@@ -52,7 +52,7 @@ def compare_overlay(found: Slice, measured: Sequence[Measurement], stem: Path, c
     from rodatlas.atlas.experiments.comparison import compare
     from rodatlas.files import write_text
     from rodatlas.plot import save_figure
-    from rodatlas.plot.overlay import draw_overlay
+    from rodatlas.plot.slices.overlay import draw_overlay
 
     compared = compare(found, measured)
     data = stem.with_name(f"{stem.name}.json")

@@ -77,7 +77,7 @@ def _figures(found: Slice, folder: Path, stem: str) -> list[Path]:
 
 def _table(found: Slice) -> Table:
     """Stable states: name, range, response where that was chosen, what ends each, and where its band touches itself."""
-    from rodatlas.atlas.slices.contact import ranges_text
+    from rodatlas.atlas.slices.states.contact import ranges_text
 
     settings = found.settings
     quantity = settings.model.quantity(settings.against)

@@ -34,7 +34,7 @@ def draw(sources: Sources, meetings: Sequence[Meeting], numbers: Sequence[int], 
     beyond : how far outside the special points the first and last angles are, in mean distances between them.
     """
     from rodatlas.atlas.slices.close_up import close_up
-    from rodatlas.plot.close_ups import Panel, draw_close_ups
+    from rodatlas.plot.slices.close_ups import Panel, draw_close_ups
 
     loci = sources.loci()
     events = [meeting(loci, kind, *labels) for kind, labels in meetings]

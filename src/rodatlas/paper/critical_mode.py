@@ -23,7 +23,7 @@ LARGEST_ANGLE_DEG = 89.0
 
 def draw(sources: Sources) -> Drawn:
     """The planar W at its loss of stability, moved along the mode to both sides, and the mode along the band."""
-    from rodatlas.plot.modes import draw_mode
+    from rodatlas.plot.shapes.modes import draw_mode
     from rodatlas.rods import critical_mode
 
     mode = critical_mode(lost_at(sources.loci()))

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 from rodatlas.paper.drawn import Drawn, Number
 from rodatlas.paper.model import band_phase
-from rodatlas.plot.phase import CloseUp
+from rodatlas.plot.planes.phase import CloseUp
 
 if TYPE_CHECKING:
     from rodatlas.atlas import Loci, PhaseSettings, PlaneEvent

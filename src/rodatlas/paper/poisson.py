@@ -33,8 +33,8 @@ class Curve(NamedTuple):
 
 def draw(sources: Sources) -> Drawn:
     """Curves of all numbered bifurcations of the slice."""
-    from rodatlas.plot.against import draw_curves_against
-    from rodatlas.plot.heading import setting_text
+    from rodatlas.plot.look.heading import setting_text
+    from rodatlas.plot.planes.against import draw_curves_against
 
     found = sources.slice_at(ANGLE_DEG)
     curves, settings = curves_of(found), found.settings

@@ -17,7 +17,7 @@ SHOWN = (("U", 0.3, 0.42), ("US+", 0.5, 0.45))  # state, shear, arclength of the
 
 def draw(sources: Sources) -> Drawn:
     """Both bands with clamp angle, lengths and directors."""
-    from rodatlas.plot.setup import draw_setup
+    from rodatlas.plot.shapes.setup import draw_setup
 
     states = {name: (_state(sources, name, shear), at) for name, shear, at in SHOWN}
     caption = (

@@ -19,7 +19,7 @@ BRACKET = (0.4, 0.56)  # of the shear at which the middle becomes straight
 
 def draw(sources: Sources) -> Drawn:
     """Renderings, curvature and twist at four shears."""
-    from rodatlas.plot.sequence import draw_sequence
+    from rodatlas.plot.shapes.sequence import draw_sequence
 
     states = [state_at_shear(shear) for shear in SHEARS]
     where = inflection_shear()
@@ -48,7 +48,7 @@ def inflection_shear() -> float:
     """The shear at which k1(1/2) = 0."""
     from scipy.optimize import brentq
 
-    from rodatlas.atlas.slices.match import state_at as solved
+    from rodatlas.atlas.slices.branches.match import state_at as solved
     from rodatlas.paper.names.segments import middle_curvature
     from rodatlas.paper.sources import slice_settings
 

@@ -56,7 +56,7 @@ def numbers_of(found: Slice) -> tuple[Number, ...]:
 
 def _planar_numbers(found: Slice) -> list[Number]:
     """Height and energy at dD = 0, of the states for which they are known from elsewhere."""
-    from rodatlas.atlas.slices.coexisting import solve_state
+    from rodatlas.atlas.slices.states.coexisting import solve_state
 
     numbers = []
     for (name, quantity, angle), key in KNOWN_PLANAR.items():

@@ -30,7 +30,7 @@ class Jump(NamedTuple):
 
 def draw(sources: Sources) -> Drawn:
     """Both states and where they store their energy."""
-    from rodatlas.plot.energies import draw_energies
+    from rodatlas.plot.shapes.energies import draw_energies
 
     jump = snap_at_fold(sources.slice_at(ANGLE_DEG))
     caption = (
@@ -67,7 +67,7 @@ def snap_at_fold(found: Slice) -> Jump:
 
 def name_of(solution: Solution, found: Slice) -> str:
     """Name of the stable state of a slice that a solution is."""
-    from rodatlas.atlas.slices.coexisting import coexisting_states
+    from rodatlas.atlas.slices.states.coexisting import coexisting_states
     from rodatlas.model.orbit import same_state
 
     for name, state in coexisting_states(found, found.settings.value(solution)).items():

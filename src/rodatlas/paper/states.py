@@ -19,8 +19,8 @@ COLUMNS = 5
 
 def draw(sources: Sources) -> Drawn:
     """Renderings of all states at 15 degrees, and of S at 0 degrees, where alone it exists."""
-    from rodatlas.plot.gallery import Item, draw_gallery
-    from rodatlas.plot.style import color_of
+    from rodatlas.plot.look.style import color_of
+    from rodatlas.plot.shapes.gallery import Item, draw_gallery
 
     items = []
     for found, wanted in ((sources.slice_at(ANGLE_DEG), None), (sources.slice_at(0.0), "S+-")):
@@ -53,7 +53,7 @@ def one_of_each(found: Slice) -> list[State]:
 
 def members(state: State, found: Slice) -> dict[str, Solution]:
     """The state in the middle of the part of its range where dD >= 0, rounded; of a pair both members."""
-    from rodatlas.atlas.slices.coexisting import solve_state
+    from rodatlas.atlas.slices.states.coexisting import solve_state
     from rodatlas.rods import plus_member, reverse
 
     low, high = state.span

@@ -10,14 +10,14 @@ stretches solid, unstable ones dashed.
 matplotlib is imported when the first figure is drawn, not with this package.
 """
 
+from rodatlas.plot.band.render import View, draw_triad, render_band
+from rodatlas.plot.band.surface import BandSurface, band_surface
 from rodatlas.plot.branches import draw_branch, draw_locus
-from rodatlas.plot.diagram import draw_slice, draw_slice_figure
-from rodatlas.plot.loci import draw_loci, draw_loci_figure
-from rodatlas.plot.phase import draw_phase, draw_phase_figure, draw_phase_states, draw_region
-from rodatlas.plot.profiles import draw_profiles
-from rodatlas.plot.render import View, draw_triad, render_band
-from rodatlas.plot.style import color_of, colors_of, label_of, save_figure
-from rodatlas.plot.surface import BandSurface, band_surface
+from rodatlas.plot.look.style import color_of, colors_of, label_of, save_figure
+from rodatlas.plot.planes.loci import draw_loci, draw_loci_figure
+from rodatlas.plot.planes.phase import draw_phase, draw_phase_figure, draw_phase_states, draw_region
+from rodatlas.plot.shapes.profiles import draw_profiles
+from rodatlas.plot.slices.diagram import draw_slice, draw_slice_figure
 
 __all__ = [
     "BandSurface", "View", "band_surface", "color_of", "colors_of", "draw_branch", "draw_loci", "draw_loci_figure",

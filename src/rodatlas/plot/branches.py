@@ -11,8 +11,7 @@ import numpy as np
 from rodatlas.continuation import Branch, Locus
 from rodatlas.continuation.checks import check_type, shown
 from rodatlas.continuation.results.branch import SpecialPoint
-from rodatlas.plot.loci import EVENTS, LINES, MARK, NAMES
-from rodatlas.plot.style import (
+from rodatlas.plot.look.style import (
     INK,
     MARKERS,
     ONE_COLUMN,
@@ -24,6 +23,7 @@ from rodatlas.plot.style import (
     new_figure,
     styled,
 )
+from rodatlas.plot.planes.loci import EVENTS, LINES, MARK, NAMES
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -11,9 +11,9 @@ from typing import Any, Self
 import numpy as np
 
 from rodatlas import __version__
-from rodatlas.atlas.slices.names import SeenNames
 from rodatlas.atlas.slices.settings import CODE as SLICES
 from rodatlas.atlas.slices.settings import SliceSettings
+from rodatlas.atlas.slices.states.names import SeenNames
 from rodatlas.continuation import LocusEvent, LocusPoint, Solution
 from rodatlas.continuation.checks import check_number, check_type
 from rodatlas.files import exact

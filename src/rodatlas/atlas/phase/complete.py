@@ -17,8 +17,8 @@ import numpy as np
 from rodatlas.atlas.phase.arrangement import Rings, chords, polygon_of
 from rodatlas.atlas.phase.cover import THIN
 from rodatlas.atlas.phase.settings import PhaseSettings
-from rodatlas.atlas.slices.coexisting import solve_state
 from rodatlas.atlas.slices.result import Slice, State
+from rodatlas.atlas.slices.states.coexisting import solve_state
 from rodatlas.continuation import MeshControl, NotConverged, Solution, TraceOptions, solve
 from rodatlas.model.orbit import is_alone, same_state
 

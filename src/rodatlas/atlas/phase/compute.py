@@ -18,9 +18,9 @@ from rodatlas.atlas.phase.regions import Face, assign, check_crossings, crossing
 from rodatlas.atlas.phase.result import Interval, PhaseDiagram
 from rodatlas.atlas.phase.settings import PhaseSettings
 from rodatlas.atlas.phase.story import told
-from rodatlas.atlas.slices.contact import contact_of_slices, contact_warnings
-from rodatlas.atlas.slices.mirror import further_symmetries
 from rodatlas.atlas.slices.result import Slice
+from rodatlas.atlas.slices.states.contact import contact_of_slices, contact_warnings
+from rodatlas.atlas.slices.states.mirror import further_symmetries
 from rodatlas.continuation.checks import check_type
 from rodatlas.progress import Progress, tells
 

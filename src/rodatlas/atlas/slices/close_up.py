@@ -6,12 +6,12 @@ from dataclasses import replace
 
 import numpy as np
 
-from rodatlas.atlas.slices.contact import contact_warnings, with_contact
-from rodatlas.atlas.slices.follow import Followed, trace_options
-from rodatlas.atlas.slices.match import crossings
+from rodatlas.atlas.slices.branches.follow import Followed, trace_options
+from rodatlas.atlas.slices.branches.match import crossings
 from rodatlas.atlas.slices.result import Event, Slice, SliceBranch, State, StateEnd
-from rodatlas.atlas.slices.segments import stable_segments
 from rodatlas.atlas.slices.settings import SliceSettings
+from rodatlas.atlas.slices.states.contact import contact_warnings, with_contact
+from rodatlas.atlas.slices.states.segments import stable_segments
 from rodatlas.continuation import NotConverged, Solution, StepControl, trace
 from rodatlas.model.orbit import own_symmetries, same_state
 

@@ -5,16 +5,16 @@ from __future__ import annotations
 import time
 from dataclasses import replace
 
-from rodatlas.atlas.slices.cache import BranchCache
-from rodatlas.atlas.slices.coexisting import overlaps
-from rodatlas.atlas.slices.contact import contact_warnings, with_contact
-from rodatlas.atlas.slices.crosscheck import empty_searches, missed_states
-from rodatlas.atlas.slices.follow import Followed, Frontier, Reference, follow_slice
-from rodatlas.atlas.slices.mirror import broken_products, further_symmetries, mirror_partners
-from rodatlas.atlas.slices.names import SeenNames
+from rodatlas.atlas.slices.branches.cache import BranchCache
+from rodatlas.atlas.slices.branches.follow import Followed, Frontier, Reference, follow_slice
 from rodatlas.atlas.slices.result import Event, Slice, SliceBranch, State, StateEnd
-from rodatlas.atlas.slices.segments import Bound, Segment, stable_segments, with_chained_indices
 from rodatlas.atlas.slices.settings import SliceSettings
+from rodatlas.atlas.slices.states.coexisting import overlaps
+from rodatlas.atlas.slices.states.contact import contact_warnings, with_contact
+from rodatlas.atlas.slices.states.crosscheck import empty_searches, missed_states
+from rodatlas.atlas.slices.states.mirror import broken_products, further_symmetries, mirror_partners
+from rodatlas.atlas.slices.states.names import SeenNames
+from rodatlas.atlas.slices.states.segments import Bound, Segment, stable_segments, with_chained_indices
 from rodatlas.continuation import SpecialPoint
 from rodatlas.continuation.checks import check_type
 from rodatlas.continuation.curve.events import turns_at
@@ -38,7 +38,7 @@ def compute_slice(
     carry : whether branches that are not connected within the slice are looked for: carried over from reference
         settings, and found by a search.
     reference : branches of the slices at reference settings as far as they are known, see
-        :func:`rodatlas.atlas.slices.follow.carried_from`.
+        :func:`rodatlas.atlas.slices.branches.follow.carried_from`.
     """
     check_type("settings", settings, SliceSettings, "SliceSettings, see SliceSettings.of")
     start = time.perf_counter()

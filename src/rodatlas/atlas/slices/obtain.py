@@ -5,9 +5,9 @@ from __future__ import annotations
 import json
 from pathlib import Path
 
-from rodatlas.atlas.slices.cache import FolderCache
+from rodatlas.atlas.slices.branches.cache import FolderCache
+from rodatlas.atlas.slices.branches.follow import Reference, carried_from
 from rodatlas.atlas.slices.compute import compute_slice
-from rodatlas.atlas.slices.follow import Reference, carried_from
 from rodatlas.atlas.slices.result import Slice
 from rodatlas.atlas.slices.settings import SliceSettings
 from rodatlas.atlas.slices.store import SCHEMA, read_slice

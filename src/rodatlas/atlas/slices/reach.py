@@ -6,13 +6,13 @@ from dataclasses import replace
 from pathlib import Path
 from typing import NamedTuple
 
-from rodatlas.atlas.slices.cache import BranchCache, MemoryCache
-from rodatlas.atlas.slices.coexisting import numbered_state
+from rodatlas.atlas.slices.branches.cache import BranchCache, MemoryCache
 from rodatlas.atlas.slices.compute import compute_slice
 from rodatlas.atlas.slices.obtain import related_slices, stored_slice
-from rodatlas.atlas.slices.pick import member
 from rodatlas.atlas.slices.result import Slice
 from rodatlas.atlas.slices.settings import SliceSettings
+from rodatlas.atlas.slices.states.coexisting import numbered_state
+from rodatlas.atlas.slices.states.pick import member
 from rodatlas.continuation import Solution
 from rodatlas.continuation.checks import check_type
 from rodatlas.progress import Progress, silent, tells

@@ -7,7 +7,7 @@ import os
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
-from rodatlas.atlas.slices.follow import Followed
+from rodatlas.atlas.slices.branches.follow import Followed
 from rodatlas.atlas.slices.settings import SliceSettings
 from rodatlas.continuation import Solution, SpecialPoint
 from rodatlas.continuation.checks import check_number, check_type
@@ -210,7 +210,7 @@ class Slice:
         ValueError
             for a name that no state can have, and where several have it and no number tells which is meant.
         """
-        from rodatlas.atlas.slices.coexisting import numbered_state, wanted_in_slice
+        from rodatlas.atlas.slices.states.coexisting import numbered_state, wanted_in_slice
 
         check_type("name", name, str, "the name of a state such as S+-")
         wanted = wanted_in_slice(name, self)

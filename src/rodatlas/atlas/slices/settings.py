@@ -32,8 +32,8 @@ class SliceSettings:
     low, high : its range, in the user's unit.
     against : the quantity that diagrams show and tables list.
     tolerance : largest error of a solution at its mesh points, relative to the scale of each unknown.
-    search : starts of the search for stable states at each of some places (see :mod:`rodatlas.atlas.slices.search`);
-        0 for none.
+    search : starts of the search for stable states at each of some places, 0 for none; see
+        :mod:`rodatlas.atlas.slices.branches.search`.
 
     Examples
     --------

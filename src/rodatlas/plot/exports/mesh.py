@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from rodatlas.continuation.checks import check_type
-from rodatlas.plot.surface import BandSurface
+from rodatlas.plot.band.surface import BandSurface
 
 ACROSS = 6  # strips side by side
 

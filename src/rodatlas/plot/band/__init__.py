@@ -1,0 +1,1 @@
+"""The band in space: its surface, and its picture."""

@@ -1,0 +1,1 @@
+"""Diagrams over two controls: loci, regions of stability, and bifurcations against a parameter."""

@@ -1,0 +1,1 @@
+"""Diagrams of slices: curves, panels, insets, close-ups, and measured ranges laid over them."""
