@@ -176,7 +176,7 @@ def test_paths_come_as_text_too() -> None:
     (lambda s: band_slice(True), "angle: expected degrees with 0 <= angle < 90, got True"),
     (lambda s: s.state("W", "a"), "shear: expected a number, got 'a'"),
     (lambda s: s.states_at(float("nan")), "shear: expected a number, got nan"),
-    (lambda s: s.state(3, 0.0), "name: expected the name of a state such as US+-, got 3"),
+    (lambda s: s.state(3, 0.0), "name: expected the name of a state such as S+-, got 3"),
     (lambda s: s.save(""), "path: expected a file name, got '.'"),
     (lambda s: s.save(None), "path: expected the path of a file or folder, got None"),
     (lambda s: type(s).load(3), "path: expected the path of a file or folder, got 3"),

@@ -30,7 +30,7 @@ class Wanted(NamedTuple):
 
     @property
     def member(self) -> str:
-        """The name with the member: 'US+' of ('US+-', '+')."""
+        """The name with the member: 'S+' of ('S+-', '+')."""
         return self.name.removesuffix("+-") + self.sign
 
     @property
@@ -40,7 +40,7 @@ class Wanted(NamedTuple):
 
 
 def parse_label(text: str, names: Sequence[str] | None = None) -> Wanted:
-    """('US+-', '+', None) from 'US+', 'US' or 'US+-'; ('W', '', 2) from 'W:2'.
+    """('S+-', '+', None) from 'S+', 'S' or 'S+-'; ('W', '', 2) from 'W:2'.
 
     Parameters
     ----------

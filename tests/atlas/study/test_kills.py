@@ -6,7 +6,6 @@ import signal
 import subprocess
 import sys
 import time
-from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -104,13 +103,12 @@ def _compare_with_undisturbed(study, folder, reference):
 def test_a_slice_that_was_killed_resumes_with_its_finished_branches(tmp_path, near_zero):
     """A real slice: after a kill in the middle, its finished branches are used and the numbers are the same."""
     settings = near_zero.settings
-    study = Study.of("slice", [settings, replace(settings, poisson=0.3)])
+    study = Study.of("slice", [settings, settings.at(poisson=0.3)])
     code = (
-        "import sys\nfrom rodatlas.atlas import SliceSettings\nfrom rodatlas.atlas.study import Study, run_study\n"
-        "from dataclasses import replace\n"
+        "from rodatlas.atlas.study import Study, run_study\nfrom rodatlas.paper.model import band_slice\n"
         "if __name__ == '__main__':\n"
         "    s = band_slice(15.0, shear_max=0.02, shear_min=0.0, tolerance=1e-6, search=0)\n"
-        f"    run_study(Study.of('slice', [s, replace(s, poisson=0.3)]), {str(tmp_path)!r}, workers=1)\n"
+        f"    run_study(Study.of('slice', [s, s.at(poisson=0.3)]), {str(tmp_path)!r}, workers=1)\n"
     )
     running = subprocess.Popen([sys.executable, "-c", code], start_new_session=True)
     folder = tmp_path / study.tasks[0].stem

@@ -93,7 +93,7 @@ def compute_phase(
 
 
 def is_mirror(settings: PhaseSettings, second: float) -> bool:
-    """Whether a further symmetry leaves a slice alone, as at psi0 = 0: it has states that none beside it has."""
+    """Whether a further symmetry leaves a slice alone, as between level clamps: it has states of its own."""
     return bool(further_symmetries(settings.slice_at(second)))
 
 

@@ -26,7 +26,7 @@ ON_SIDE = 1e-7  # units: distance of the middle of a polygon's side from the lin
 
 @dataclass(frozen=True)
 class Interval:
-    """A stable state on a border of the plane where two mirror images of one another meet, as at psi0 = 0.
+    """A stable state on a border of the plane where two mirror images of one another meet, as where clamps are level.
 
     Attributes
     ----------

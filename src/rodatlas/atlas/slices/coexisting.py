@@ -116,7 +116,7 @@ def numbered_state(slice_: Slice, wanted: Wanted, value: float) -> Present | Non
 
 
 def wanted_in_slice(text: str, slice_: Slice) -> Wanted:
-    """A label with the name of a state of a slice, 'US+-', 'W:2' or 'other:1'.
+    """A label with the name of a state of a slice, 'S+-', 'W:2' or 'other:1'.
 
     Raises
     ------

@@ -1,6 +1,6 @@
 """Where a further symmetry leaves a setting alone it maps the slice to itself: which branch is the image of which.
 
-The angle mirror of a band does so at psi0 = 0: it makes W of U, and the slice shows both.
+The angle mirror of a band does so between level clamps: it makes W of U, and the slice shows both.
 """
 
 from __future__ import annotations

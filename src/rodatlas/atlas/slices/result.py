@@ -99,7 +99,7 @@ class State:
 
     Attributes
     ----------
-    name : of the nomenclature of the model, or one made of what is seen; of a +/- pair, both members ('US+-').
+    name : of the nomenclature of the model, or one made of what is seen; of a +/- pair, both members ('S+-').
     branch : id of the branch it lies on.
     pair : whether an image of it under the symmetries of the setting is another state.
     path : names of all parts of the stable segment that it belongs to, 'U-w' say.
@@ -135,7 +135,7 @@ class SliceBranch:
 
     Attributes
     ----------
-    mirror : where a further symmetry leaves the setting alone, as the angle mirror at psi0 = 0: the id of the branch
+    mirror : where a further symmetry leaves the setting alone, as between level clamps: the id of the branch
         that it makes of this one (or of another member of it); its own where it maps to itself. Otherwise None.
     """
 
@@ -203,7 +203,7 @@ class Slice:
 
         Parameters
         ----------
-        name : such as 'U' or 'US+-', or 'W:2' where several states are called W (:mod:`rodatlas.states.labels`).
+        name : such as 'U' or 'S+-', or 'W:2' where several states are called W (:mod:`rodatlas.states.labels`).
 
         Raises
         ------
@@ -212,7 +212,7 @@ class Slice:
         """
         from rodatlas.atlas.slices.coexisting import numbered_state, wanted_in_slice
 
-        check_type("name", name, str, "the name of a state such as US+-")
+        check_type("name", name, str, "the name of a state such as S+-")
         wanted = wanted_in_slice(name, self)
         there = self.states_at(value, wanted.name)
         if len(there) == 1 and wanted.number is None:

@@ -11,6 +11,7 @@ import numpy as np
 
 from rodatlas.continuation.checks import check_has
 from rodatlas.files import replace_file
+from rodatlas.rods.model import CONTROLS
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -66,10 +67,12 @@ def loci_tables(loci: Any) -> dict[str, pd.DataFrame]:
     check_has("loci", loci, ("settings", "pieces"), "Loci, see compute_loci and Loci.load")
     import pandas as pd
 
+    settings = loci.settings
+    names = (settings.second_control.key, settings.along_control.key, settings.against)
     rows = [
-        {"piece": i, "number": p.number, "kind": p.kind, "angle_deg": float(np.degrees(x["psi0"])), "shear": x["dD"],
-         "height": x["height"], "energy": x["energy"], "error": x.error}
-        for i, p in enumerate(loci.pieces) for x in p.points
+        {"piece": i, "number": p.number, "kind": p.kind, **dict(zip(names, place, strict=True)),
+         **{name: value for name, value in x.observables.items() if name not in names}, "error": x.error}
+        for i, p in enumerate(loci.pieces) for x, place in zip(p.points, p.places.tolist(), strict=True)
     ]  # fmt: skip
     points, events = pd.DataFrame(rows), loci.to_frame()
     if len(events):
@@ -101,14 +104,18 @@ def states_table(data: Mapping[str, Any]) -> pd.DataFrame:
     return pd.DataFrame(rows)
 
 
-LENGTHS = ("s", "x", "y", "z", "shear", "height", "shear_low", "shear_high", "height_low", "height_high", "dL", "dD")
+def _lengths() -> list[str]:
+    """Columns that hold lengths of a band: places, and what its controls and quantities of that unit are called."""
+    lengths = [c for c in CONTROLS if c.of == "L"]
+    told = [*(c.name for c in lengths), *(c.parameter for c in lengths), "height"]
+    return ["s", "x", "y", "z", *told, *(f"{name}_{side}" for name in told for side in ("low", "high"))]
 
 
 def with_millimeters(frame: pd.DataFrame, length: float) -> pd.DataFrame:
     """The table with a column in mm beside each length, for a band of a length in mm."""
     check_has("frame", frame, ("columns", "insert"), "a data frame")
     out = frame.copy()
-    for name in (name for name in LENGTHS if name in frame):
+    for name in (name for name in _lengths() if name in frame):
         out.insert(int(out.columns.get_loc(name)) + 1, f"{name}_mm", length * frame[name])
     return out
 
