@@ -12,7 +12,7 @@ import tempfile
 import time
 from pathlib import Path
 
-from rodatlas.atlas import SliceSettings, compute_slice
+from rodatlas import band_slice, compute_slice
 from rodatlas.atlas.study import Study, run_study
 
 ANGLES = (15.0, 45.0)  # of slices that are computed one by one
@@ -23,7 +23,7 @@ WORKERS = (1, 2)
 def single(angle):
     """Wall seconds of a slice in this process, and how many branches and states it has."""
     begin = time.perf_counter()
-    found = compute_slice(SliceSettings(angle))
+    found = compute_slice(band_slice(angle))
     return {
         "angle": angle, "seconds": time.perf_counter() - begin, "branches": len(found.branches),
         "states": len(found.states), "warnings": len(found.warnings),
@@ -37,7 +37,7 @@ def study(workers):
     """
     before = resource.getrusage(resource.RUSAGE_CHILDREN)
     with tempfile.TemporaryDirectory() as folder:
-        settings = [SliceSettings(15.0, poisson=nu) for nu in POISSON]
+        settings = [band_slice(15.0, poisson=nu) for nu in POISSON]
         found = run_study(Study.of("scaling", settings), Path(folder), workers=workers)
     after = resource.getrusage(resource.RUSAGE_CHILDREN)
     if found.failed:
@@ -49,7 +49,7 @@ def study(workers):
 
 
 def main():
-    compute_slice(SliceSettings(20.0, shear_max=0.1))  # compile, also what carries states from another slice
+    compute_slice(band_slice(20.0, shear_max=0.1))  # compile, also what carries states from another slice
     figures = {"name": "rodatlas", "load": os.getloadavg()[0] if hasattr(os, "getloadavg") else None}
     figures["slices"] = [single(angle) for angle in ANGLES]
     figures["studies"] = [study(workers) for workers in WORKERS]

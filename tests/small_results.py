@@ -13,7 +13,16 @@ import pytest
 from matplotlib.figure import Figure
 
 import rodatlas
-from rodatlas.atlas import Loci, LociSettings, PhaseDiagram, PhaseSettings, Slice, SliceSettings, compute_loci
+from rodatlas.atlas import (
+    Loci,
+    LociSettings,
+    PhaseDiagram,
+    PhaseSettings,
+    Slice,
+    SliceSettings,
+    compute_loci,
+    compute_slice,
+)
 from rodatlas.atlas.phase.arrangement import chords, cut_plane
 from rodatlas.atlas.phase.lines import Line
 from rodatlas.atlas.phase.regions import Face
@@ -78,10 +87,17 @@ def replace_computations(patch: pytest.MonkeyPatch, whole: Slice, loci: Callable
     loci : gives loci.
     """
 
-    def slice_of(settings: SliceSettings, *_: Any, **__: Any) -> Slice:
-        return replace(thin(whole), settings=settings)
+    def slice_of(settings: SliceSettings, cache: Any = None, progress: Any = None, *_: Any, **__: Any) -> Slice:
+        if settings.model is whole.settings.model and settings.along == whole.settings.along:
+            return replace(thin(whole), settings=settings)
+        found = compute_slice(replace(settings, search=0), None, progress, carry=False)  # takes some seconds
+        return replace(found, settings=settings)
 
-    def loci_of(settings: LociSettings, slice_at: Callable[..., Slice], numbers: Sequence[int] = (), *_: Any) -> Loci:
+    def loci_of(
+        settings: LociSettings, slice_at: Callable[..., Slice], numbers: Sequence[int] = (), *_: Any, **__: Any
+    ) -> Loci:
+        if settings.model is not whole.settings.model:
+            return compute_loci(settings, slice_at, numbers)
         slice_at(15.0)
         return replace(loci(), settings=settings, wanted=tuple(numbers) or loci().wanted)
 

@@ -14,8 +14,8 @@ PAGE = Path(__file__).with_name("phase.md")
 def events(diagram: PhaseDiagram) -> list[str]:
     """One row for each special point at which something happens to a slice."""
     rows = ["| angle [deg] | shear | loci | what happens |", "|---|---|---|---|"]
-    for e in (e for e in diagram.events if e.parameter != "shear"):
-        rows.append(f"| {e.angle_deg:.4f} | {round(e.shear, 6) + 0.0:.6f} | {', '.join(e.labels)} | {e.description} |")
+    for e in (e for e in diagram.events if e.parameter != diagram.settings.along):
+        rows.append(f"| {e.second:.4f} | {round(e.value, 6) + 0.0:.6f} | {', '.join(e.labels)} | {e.description} |")
     return rows
 
 

@@ -56,7 +56,7 @@ def test_branches_end_at_the_border_and_none_is_there_twice(closer, slice_15):
 
 
 def test_a_window_must_be_one(slice_15):
-    with pytest.raises(ValueError, match=r"^window: expected least and largest shear and height"):
+    with pytest.raises(ValueError, match=r"^window: expected least and largest value and response"):
         close_up(slice_15, ((0.5, 0.5), (0.1, 0.2)))
 
 
@@ -104,7 +104,7 @@ def test_known_angles_of_the_loci_agree(loci):
 
 
 def test_panels_show_names_and_numbers(closer):
-    fig = draw_close_ups([Panel(closer, *WINDOW)] * 3)
+    fig = draw_close_ups([Panel(closer, *WINDOW)] * 3, "angle")
     assert len(fig.axes) == 3
     for ax in fig.axes:
         written = [t.get_text() for t in ax.texts]
@@ -112,4 +112,4 @@ def test_panels_show_names_and_numbers(closer):
         assert ax.get_xlim() == WINDOW[0]
         assert ax.get_ylim() == WINDOW[1]
     with pytest.raises(ValueError, match=r"^panels: expected"):
-        draw_close_ups([])
+        draw_close_ups([], "angle")

@@ -103,7 +103,7 @@ def test_w_is_lost_out_of_its_plane(sources, loci):
     assert "out of the plane" in drawn.remarks[0]
     assert len(bands(drawn.figure)) == 3
     with pytest.raises(ValueError, match=r"^amplitude: expected a positive number"):
-        draw_mode(None, 0.0)
+        draw_mode(None, 0.0, "W", "black")
 
 
 def test_the_setup_names_what_it_shows(sources):
@@ -130,7 +130,7 @@ def test_a_gallery_needs_something_to_show():
 
 def test_what_does_not_add_up_in_the_phase_diagram_is_said(sources, monkeypatch):
     figure = new_figure(1.0, 1.0)
-    monkeypatch.setattr("rodatlas.plot.draw_phase_figure", lambda diagram: figure)
+    monkeypatch.setattr("rodatlas.plot.draw_phase_figure", lambda *arguments: figure)
     monkeypatch.setattr(sources, "phase", lambda: SimpleNamespace(warnings=("a face was not sampled",)), raising=False)
     drawn = phase.draw(sources)
     assert drawn.figure is figure
