@@ -1,5 +1,7 @@
 """The atlas of a problem that is no rod: slice, loci and plane of a shallow arch against closed forms."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -17,6 +19,8 @@ from rodatlas.atlas import (
 )
 from rodatlas.atlas.loci.obtain import obtain_loci
 from rodatlas.atlas.slices.obtain import obtain_slice
+from rodatlas.model import Seed
+from rodatlas.model.model import Source
 
 H = 3.0
 
@@ -136,3 +140,16 @@ def test_planes_and_loci_of_a_folder_are_read_again(tmp_path):
     assert PhaseDiagram.load(tmp_path / "phase-arch.h5").to_json() == plane.to_json()
     loci = obtain_loci(LociSettings.of(arch_model()), tmp_path)
     assert Loci.load(tmp_path / "loci-arch.h5").to_json() == loci.to_json()
+
+
+def test_a_slice_without_any_start_says_so(found):
+    """A seed at another setting, from which a fold bars the way: the arch of rise 3 that has snapped, to rise 1/2."""
+
+    def snapped(setting, tolerance, keep):
+        """On the branch of rise 3 that a rise of 1/2 does not have."""
+        return [Seed("snapped", min(found.states[1].solutions, key=lambda s: abs(s["q"])))], []
+
+    model = replace(arch_model(), sources=(Source("snapped", snapped),))
+    empty = compute_slice(SliceSettings.of(model, rise=0.5, low=-1.0, high=1.0))
+    assert empty.branches == ()
+    assert [w.partition(":")[0] for w in empty.warnings] == ["no branch"]

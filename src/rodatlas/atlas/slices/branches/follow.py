@@ -165,6 +165,11 @@ def follow_slice(
         _follow_all(frontier, seeds, "carried", cache, say)
     if carry and settings.search and settings.model.search is not None:
         _follow_found(frontier, cache, say)
+    if not frontier.branches:
+        frontier.warnings.append(
+            "no branch: no start of the model could be followed to this setting, perhaps since a fold lies on the way; "
+            "other values of the fixed controls, or a search, may find one"
+        )
     return frontier
 
 

@@ -25,9 +25,10 @@ class Found(NamedTuple):
 
 
 def searched_values(settings: SliceSettings) -> tuple[float, ...]:
-    """Where a slice is searched: shares of the reach, rounded, inside its range."""
+    """Where a slice is searched: shares of the reach, rounded, inside its range; of a range between them its middle."""
     values = (round(settings.part(share), 3) for share in SHARES)
-    return tuple(value for value in values if settings.low <= value <= settings.high)
+    inside = tuple(value for value in values if settings.low <= value <= settings.high)
+    return inside or (0.5 * (settings.low + settings.high),)
 
 
 def search_at(value: float, settings: SliceSettings, cache: BranchCache) -> Found:
