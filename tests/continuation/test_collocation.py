@@ -8,7 +8,7 @@ from bvp_problems import bratu, bratu_exact, tangled
 from test_linear import assembled, flat
 
 from rodatlas.continuation import BVP, Solution
-from rodatlas.continuation.discrete.collocation import Collocation, Scale, add, free_indices
+from rodatlas.continuation.discrete.collocation import Collocation, Scale, free_indices
 from rodatlas.continuation.discrete.mesh import (
     ErrorEstimate,
     equidistribute,
@@ -18,6 +18,7 @@ from rodatlas.continuation.discrete.mesh import (
     wanted_intervals,
 )
 from rodatlas.continuation.discrete.newton import fixed, newton
+from rodatlas.continuation.discrete.vectors import add
 from rodatlas.continuation.linear.matrix import Blocks, BorderedMatrix, Columns
 
 FREE = ("b", "a", "d", "c", "f")  # in another order than declared

@@ -10,8 +10,9 @@ import pytest
 from bvp_problems import EULER_LOADS, algebraic, constant
 
 from rodatlas.continuation import BVP, MeshControl, Solution, TraceOptions, integral_of, solve, switch, trace
-from rodatlas.continuation.discrete.collocation import Collocation, Scale, add, scaled
+from rodatlas.continuation.discrete.collocation import Collocation, Scale
 from rodatlas.continuation.discrete.newton import fixed, newton
+from rodatlas.continuation.discrete.vectors import add, scaled
 from rodatlas.continuation.linear.matrix import Columns
 from rodatlas.continuation.problem.symmetry import Symmetry
 from rodatlas.continuation.symmetric.isotropy import (

@@ -24,8 +24,9 @@ from rodatlas.continuation import (
     trace,
 )
 from rodatlas.continuation.curve.deflation import Deflation, deflated_newton
-from rodatlas.continuation.discrete.collocation import Collocation, Scale, add
+from rodatlas.continuation.discrete.collocation import Collocation, Scale
 from rodatlas.continuation.discrete.newton import NewtonCode, fixed
+from rodatlas.continuation.discrete.vectors import add
 from rodatlas.continuation.linear.matrix import Columns
 
 LOAD = ("P", "V")

@@ -23,7 +23,8 @@ from rodatlas.continuation import (
     integral_of,
     trace,
 )
-from rodatlas.continuation.discrete.collocation import Collocation, add
+from rodatlas.continuation.discrete.collocation import Collocation
+from rodatlas.continuation.discrete.vectors import add
 from rodatlas.continuation.locus.events import locate, watched
 from rodatlas.continuation.locus.point import Sought, correct, error_of, frame_at, on_mesh
 from rodatlas.continuation.locus.segment import Stretch

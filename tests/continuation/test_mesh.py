@@ -11,7 +11,7 @@ from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
 from rodatlas.continuation import MeshControl, Solution
-from rodatlas.continuation.discrete.collocation import Collocation, Scale, scaled
+from rodatlas.continuation.discrete.collocation import Collocation, Scale
 from rodatlas.continuation.discrete.mesh import (
     ErrorEstimate,
     equidistribute,
@@ -21,6 +21,7 @@ from rodatlas.continuation.discrete.mesh import (
     relative_change,
     wanted_intervals,
 )
+from rodatlas.continuation.discrete.vectors import scaled
 from rodatlas.continuation.linear.gauss import gauss_scheme
 from rodatlas.continuation.linear.matrix import Columns
 

@@ -10,8 +10,8 @@ from rodatlas.continuation import BVP, Solution, TraceOptions
 from rodatlas.continuation.curve.multiple import MultiplePoint, search_places
 from rodatlas.continuation.curve.point import first_frame
 from rodatlas.continuation.curve.segment import Segment
-from rodatlas.continuation.discrete.collocation import add
 from rodatlas.continuation.discrete.newton import newton, plane
+from rodatlas.continuation.discrete.vectors import add
 
 OPTIONS = TraceOptions()
 

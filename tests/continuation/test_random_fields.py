@@ -4,8 +4,9 @@ import numpy as np
 import pytest
 from bvp_problems import bratu
 
-from rodatlas.continuation.discrete.collocation import Collocation, Scale, add
+from rodatlas.continuation.discrete.collocation import Collocation, Scale
 from rodatlas.continuation.discrete.random_fields import displacement, smooth_load, smooth_vectors
+from rodatlas.continuation.discrete.vectors import add
 
 
 def on_intervals(count: int) -> Collocation:

@@ -31,7 +31,7 @@ from rodatlas.continuation import (
     trace,
 )
 from rodatlas.continuation.curve.settle import Settled
-from rodatlas.continuation.discrete.collocation import scaled
+from rodatlas.continuation.discrete.vectors import scaled
 
 SHORT = TraceOptions(max_points=6)
 BOX = TraceOptions(bounds={"lam": (-1.0, 1.0)}, step=StepControl(maximum=0.1))

@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 
 from rodatlas.continuation import Status, StepControl, TraceOptions, fold_locus_at, follow_locus, trace
-from rodatlas.continuation.discrete.collocation import Collocation, add
+from rodatlas.continuation.discrete.collocation import Collocation
+from rodatlas.continuation.discrete.vectors import add
 from rodatlas.continuation.locus.point import Sought, frame_at
 from rodatlas.rods import Ends, rod_problem, state_at
 from rodatlas.rods.symmetry import asymmetry

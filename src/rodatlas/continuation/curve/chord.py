@@ -7,8 +7,8 @@ from dataclasses import replace
 import numpy as np
 
 from rodatlas.continuation.curve.point import Frame
-from rodatlas.continuation.discrete.collocation import add, scaled
 from rodatlas.continuation.discrete.newton import NewtonResult
+from rodatlas.continuation.discrete.vectors import add, scaled
 
 TRUSTED = 0.2  # largest relative change of the matrix along its weakest direction, up to which its sign is known
 

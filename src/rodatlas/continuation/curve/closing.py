@@ -7,7 +7,8 @@ from typing import Protocol
 
 import numpy as np
 
-from rodatlas.continuation.discrete.collocation import Collocation, add
+from rodatlas.continuation.discrete.collocation import Collocation
+from rodatlas.continuation.discrete.vectors import add
 from rodatlas.continuation.linear.matrix import Columns
 
 NEAR = 0.1  # distance of the start from the interpolated step, in units of that

@@ -8,10 +8,11 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from rodatlas.continuation.curve.options import TraceOptions
-from rodatlas.continuation.discrete.collocation import Collocation, Linearization, Row, Scale, add
+from rodatlas.continuation.discrete.collocation import Collocation, Linearization, Row, Scale
 from rodatlas.continuation.discrete.mesh import halved
 from rodatlas.continuation.discrete.newton import Condition, NewtonCode, NewtonOptions, NewtonResult, fixed, newton
 from rodatlas.continuation.discrete.solution import Solution
+from rodatlas.continuation.discrete.vectors import add
 from rodatlas.continuation.linear.matrix import Columns, Factorization
 from rodatlas.continuation.problem.bvp import BVP
 

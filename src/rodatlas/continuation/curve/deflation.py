@@ -29,10 +29,11 @@ from rodatlas.continuation.checks import check_each, check_function, check_type,
 from rodatlas.continuation.curve.options import TraceOptions
 from rodatlas.continuation.curve.start import NotConverged, free_or_only
 from rodatlas.continuation.curve.trace import solve
-from rodatlas.continuation.discrete.collocation import Collocation, Scale, add, free_indices, scaled
+from rodatlas.continuation.discrete.collocation import Collocation, Scale, free_indices
 from rodatlas.continuation.discrete.newton import Condition, NewtonCode, fixed, newton
 from rodatlas.continuation.discrete.random_fields import load_on_equations
 from rodatlas.continuation.discrete.solution import Solution
+from rodatlas.continuation.discrete.vectors import add, scaled
 from rodatlas.continuation.linear.matrix import Blocks, Columns, Factorization
 from rodatlas.continuation.problem.bvp import BVP
 

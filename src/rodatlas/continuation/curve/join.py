@@ -17,9 +17,10 @@ from rodatlas.continuation.curve.point import Frame
 from rodatlas.continuation.curve.resolve import doubted
 from rodatlas.continuation.curve.segment import AT_START
 from rodatlas.continuation.curve.walker import Walker
-from rodatlas.continuation.discrete.collocation import Collocation, scaled
+from rodatlas.continuation.discrete.collocation import Collocation
 from rodatlas.continuation.discrete.newton import NewtonCode
 from rodatlas.continuation.discrete.solution import Solution
+from rodatlas.continuation.discrete.vectors import scaled
 from rodatlas.continuation.linear.matrix import Columns
 from rodatlas.continuation.results.branch import Branch, EndReason, Point, SpecialPoint, Status
 from rodatlas.continuation.results.verification import ROUND_OFF, Discrepancy, Verification

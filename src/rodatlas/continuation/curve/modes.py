@@ -16,7 +16,6 @@ import numpy as np
 from rodatlas.continuation.curve.options import TraceOptions
 from rodatlas.continuation.curve.point import Frame, with_tests
 from rodatlas.continuation.curve.settle import across, corrected
-from rodatlas.continuation.discrete.collocation import add
 from rodatlas.continuation.discrete.mesh import (
     ErrorEstimate,
     Halves,
@@ -26,6 +25,7 @@ from rodatlas.continuation.discrete.mesh import (
     monitor,
     wanted_intervals,
 )
+from rodatlas.continuation.discrete.vectors import add
 from rodatlas.continuation.linear.matrix import Columns
 from rodatlas.continuation.singular.crossings import next_crossings
 from rodatlas.continuation.singular.smallest import smallest_singular

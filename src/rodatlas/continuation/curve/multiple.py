@@ -14,9 +14,10 @@ import numpy as np
 
 from rodatlas.continuation.curve.options import TraceOptions
 from rodatlas.continuation.curve.segment import Segment
-from rodatlas.continuation.discrete.collocation import Collocation, Row, add
+from rodatlas.continuation.discrete.collocation import Collocation, Row
 from rodatlas.continuation.discrete.newton import NewtonOptions, newton, plane
 from rodatlas.continuation.discrete.random_fields import smooth_vectors
+from rodatlas.continuation.discrete.vectors import add
 from rodatlas.continuation.linear.matrix import Blocks, Columns
 from rodatlas.continuation.singular.bordered import BorderedSystem, combined_left, left_column
 from rodatlas.continuation.singular.kernel import (

@@ -11,8 +11,9 @@ from rodatlas.continuation.curve.events import branch_point_from
 from rodatlas.continuation.curve.multiple import TOGETHER, MultiplePoint, SingularPlace, search_places
 from rodatlas.continuation.curve.options import TraceOptions
 from rodatlas.continuation.curve.segment import AT_START, FOLD_NOISE, Located, Segment, changes
-from rodatlas.continuation.discrete.collocation import Collocation, add, scaled
+from rodatlas.continuation.discrete.collocation import Collocation
 from rodatlas.continuation.discrete.random_fields import smooth_vectors
+from rodatlas.continuation.discrete.vectors import add, scaled
 from rodatlas.continuation.linear.matrix import Columns
 from rodatlas.continuation.results.branch import SpecialPoint, Status
 from rodatlas.continuation.singular.augmented import Augmented

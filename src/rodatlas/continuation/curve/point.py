@@ -7,10 +7,11 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from rodatlas.continuation.curve.options import TraceOptions
-from rodatlas.continuation.discrete.collocation import Collocation, Scale, add, predicted, scaled
+from rodatlas.continuation.discrete.collocation import Collocation, Scale
 from rodatlas.continuation.discrete.newton import NewtonCode, NewtonResult, fixed, is_singular_around, newton, plane
 from rodatlas.continuation.discrete.random_fields import displacement, load_on_equations
 from rodatlas.continuation.discrete.solution import Solution
+from rodatlas.continuation.discrete.vectors import add, predicted, scaled
 from rodatlas.continuation.linear.matrix import Columns, Factorization
 from rodatlas.continuation.problem.bvp import BVP
 from rodatlas.continuation.singular.augmented import kernel_directions

@@ -14,8 +14,9 @@ from rodatlas.continuation.curve.doubt import Doubt, marked
 from rodatlas.continuation.curve.options import TraceOptions
 from rodatlas.continuation.curve.point import Frame, first_frame
 from rodatlas.continuation.curve.settle import across, at_own_parameter, at_value, settled
-from rodatlas.continuation.discrete.collocation import Collocation, add
+from rodatlas.continuation.discrete.collocation import Collocation
 from rodatlas.continuation.discrete.solution import Solution
+from rodatlas.continuation.discrete.vectors import add
 from rodatlas.continuation.results.branch import Branch, Point, SpecialPoint, Status
 
 MOST = 100  # points of one branch

@@ -10,8 +10,9 @@ import numpy as np
 
 from rodatlas.continuation.curve.options import TraceOptions
 from rodatlas.continuation.curve.point import Frame, with_tests
-from rodatlas.continuation.discrete.collocation import Collocation, add, hermite, scaled
+from rodatlas.continuation.discrete.collocation import Collocation
 from rodatlas.continuation.discrete.newton import newton, plane
+from rodatlas.continuation.discrete.vectors import add, hermite, scaled
 from rodatlas.continuation.linear.matrix import Columns
 from rodatlas.continuation.results.branch import SpecialPoint
 from rodatlas.continuation.singular.augmented import Augmented

@@ -20,10 +20,11 @@ import numpy as np
 
 from rodatlas.continuation.checks import check_type, shown
 from rodatlas.continuation.curve.start import IDLE, NotConverged
-from rodatlas.continuation.discrete.collocation import Collocation, Row, Scale, add, scaled
+from rodatlas.continuation.discrete.collocation import Collocation, Row, Scale
 from rodatlas.continuation.discrete.newton import NewtonCode
 from rodatlas.continuation.discrete.phase import phased
 from rodatlas.continuation.discrete.random_fields import displacement
+from rodatlas.continuation.discrete.vectors import add, scaled
 from rodatlas.continuation.linear.matrix import Blocks, Columns, Factorization
 from rodatlas.continuation.problem.bvp import BVP
 from rodatlas.continuation.results.branch import SpecialPoint, Status

@@ -16,7 +16,7 @@ import numpy as np
 from rodatlas.continuation.curve.damped import damped_newton
 from rodatlas.continuation.curve.options import TraceOptions
 from rodatlas.continuation.curve.point import Frame, with_tests
-from rodatlas.continuation.discrete.collocation import Collocation, scaled
+from rodatlas.continuation.discrete.collocation import Collocation
 from rodatlas.continuation.discrete.mesh import (
     ErrorEstimate,
     MeshControl,
@@ -27,6 +27,7 @@ from rodatlas.continuation.discrete.mesh import (
 )
 from rodatlas.continuation.discrete.mesh import wanted_intervals as wanted
 from rodatlas.continuation.discrete.newton import Condition, NewtonOptions, NewtonResult, fixed, newton, plane
+from rodatlas.continuation.discrete.vectors import scaled
 from rodatlas.continuation.results.branch import EndReason
 
 PASSES = 24  # meshes at one state: 6 doublings lead from the fewest intervals to the most, then the places settle

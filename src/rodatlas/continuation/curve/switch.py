@@ -18,9 +18,10 @@ from rodatlas.continuation.curve.segment import AT_START, Segment
 from rodatlas.continuation.curve.settle import across, settled
 from rodatlas.continuation.curve.start import check_belongs
 from rodatlas.continuation.curve.trace import follow
-from rodatlas.continuation.discrete.collocation import Collocation, Scale, add, free_indices, scaled
+from rodatlas.continuation.discrete.collocation import Collocation, Scale, free_indices
 from rodatlas.continuation.discrete.newton import newton, plane
 from rodatlas.continuation.discrete.phase import fitted, orbit_directions, phased, with_phases
+from rodatlas.continuation.discrete.vectors import add, scaled
 from rodatlas.continuation.linear.matrix import Columns
 from rodatlas.continuation.problem.bvp import BVP
 from rodatlas.continuation.results.branch import Branch, EndReason, Point, SpecialPoint, Status

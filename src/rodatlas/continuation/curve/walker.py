@@ -25,9 +25,9 @@ from rodatlas.continuation.curve.options import TraceOptions
 from rodatlas.continuation.curve.point import Frame
 from rodatlas.continuation.curve.segment import AT_START, EDGE, Located, Segment
 from rodatlas.continuation.curve.settle import across, settled
-from rodatlas.continuation.discrete.collocation import add, arc_length, arc_over_sine
 from rodatlas.continuation.discrete.mesh import ACCEPTED, monitor
 from rodatlas.continuation.discrete.newton import fixed, newton, plane
+from rodatlas.continuation.discrete.vectors import add, arc_length, arc_over_sine
 from rodatlas.continuation.linear.matrix import Columns
 from rodatlas.continuation.results.branch import EndReason, Point, SpecialPoint
 from rodatlas.continuation.results.verification import NEARLY_SINGULAR, ROUND_OFF, UNRESOLVED_MODE, Discrepancy

@@ -12,7 +12,8 @@ from typing import Any
 
 import numpy as np
 
-from rodatlas.continuation.discrete.collocation import Collocation, add
+from rodatlas.continuation.discrete.collocation import Collocation
+from rodatlas.continuation.discrete.vectors import add
 from rodatlas.continuation.linear.matrix import Blocks, Columns
 from rodatlas.continuation.problem.bvp import BVP
 from rodatlas.continuation.problem.evaluator import Evaluator, evaluator

@@ -8,8 +8,9 @@ from numbers import Integral
 import numpy as np
 
 from rodatlas.continuation.checks import check_each, check_fields, check_type
-from rodatlas.continuation.discrete.collocation import Collocation, add
+from rodatlas.continuation.discrete.collocation import Collocation
 from rodatlas.continuation.discrete.jumps import jump_error, residual_of
+from rodatlas.continuation.discrete.vectors import add
 from rodatlas.continuation.linear.gauss import MOST_POINTS
 from rodatlas.continuation.linear.matrix import Columns, Factorization
 

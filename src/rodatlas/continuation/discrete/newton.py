@@ -10,8 +10,9 @@ from numbers import Integral
 import numpy as np
 
 from rodatlas.continuation.checks import check_fields, check_flag, check_type
-from rodatlas.continuation.discrete.collocation import Collocation, Row, add
+from rodatlas.continuation.discrete.collocation import Collocation, Row
 from rodatlas.continuation.discrete.random_fields import displacement
+from rodatlas.continuation.discrete.vectors import add
 from rodatlas.continuation.linear.matrix import Blocks, Columns, Factorization
 
 Condition = Callable[[Columns], tuple[float, Row]]

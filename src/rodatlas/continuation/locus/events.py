@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from rodatlas.continuation.curve.segment import dips
-from rodatlas.continuation.discrete.collocation import add
+from rodatlas.continuation.discrete.vectors import add
 from rodatlas.continuation.locus.point import LocusFrame, Sought, correct, frame_at
 from rodatlas.continuation.locus.segment import LOCATED, Stretch, Test
 from rodatlas.continuation.locus.system import UNPROTECTED

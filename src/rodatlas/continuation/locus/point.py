@@ -7,7 +7,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from rodatlas.continuation.curve.options import TraceOptions
-from rodatlas.continuation.discrete.collocation import Collocation, add, scaled
+from rodatlas.continuation.discrete.collocation import Collocation
 from rodatlas.continuation.discrete.mesh import (
     ErrorEstimate,
     equidistribute,
@@ -16,6 +16,7 @@ from rodatlas.continuation.discrete.mesh import (
     relative_change,
     wanted_intervals,
 )
+from rodatlas.continuation.discrete.vectors import add, scaled
 from rodatlas.continuation.linear.matrix import Blocks, Columns
 from rodatlas.continuation.locus.start import kernel_border
 from rodatlas.continuation.locus.system import KINDS, Local, local_problem

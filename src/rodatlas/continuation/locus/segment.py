@@ -9,7 +9,7 @@ import numpy as np
 
 from rodatlas.continuation.curve.closing import passes
 from rodatlas.continuation.curve.options import TraceOptions
-from rodatlas.continuation.discrete.collocation import add, arc_length, hermite, scaled
+from rodatlas.continuation.discrete.vectors import add, arc_length, hermite, scaled
 from rodatlas.continuation.linear.matrix import Columns
 from rodatlas.continuation.locus.point import LocusFrame, Sought, correct
 

@@ -15,9 +15,10 @@ from rodatlas.continuation.curve.options import TraceOptions
 from rodatlas.continuation.curve.orbit import member_near
 from rodatlas.continuation.curve.settle import Settled, settle
 from rodatlas.continuation.curve.start import NotConverged, on_allowed_mesh
-from rodatlas.continuation.discrete.collocation import Collocation, Scale, add, scaled
+from rodatlas.continuation.discrete.collocation import Collocation, Scale
 from rodatlas.continuation.discrete.mesh import ErrorEstimate
 from rodatlas.continuation.discrete.solution import Solution
+from rodatlas.continuation.discrete.vectors import add, scaled
 from rodatlas.continuation.locus.events import Watched, locate
 from rodatlas.continuation.locus.point import LocusFrame, Sought, correct, density_of, error_of, frame_at, on_mesh
 from rodatlas.continuation.locus.segment import Stretch

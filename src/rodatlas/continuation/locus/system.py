@@ -33,8 +33,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from rodatlas.continuation.discrete.collocation import Collocation, Linearization, add, scaled
+from rodatlas.continuation.discrete.collocation import Collocation, Linearization
 from rodatlas.continuation.discrete.directional import derivatives_along
+from rodatlas.continuation.discrete.vectors import add, scaled
 from rodatlas.continuation.linear.matrix import Blocks, Columns
 from rodatlas.continuation.singular.bordered import (
     UPRIGHT,

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from rodatlas.continuation.discrete.collocation import add
+from rodatlas.continuation.discrete.vectors import add
 from rodatlas.continuation.locus.point import LocusFrame
 from rodatlas.continuation.results.branch import SpecialPoint
 from rodatlas.continuation.results.locus import LocusEvent

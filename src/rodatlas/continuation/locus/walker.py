@@ -9,7 +9,7 @@ from rodatlas.continuation.curve.bounds import Crossing
 from rodatlas.continuation.curve.doubt import marked
 from rodatlas.continuation.curve.march import Corrected, March, Step, Trial
 from rodatlas.continuation.curve.options import TraceOptions
-from rodatlas.continuation.discrete.collocation import add, arc_length, scaled
+from rodatlas.continuation.discrete.vectors import add, arc_length, scaled
 from rodatlas.continuation.locus.double_zeros import cut_between
 from rodatlas.continuation.locus.events import crowded, locate, watched, with_sure_signs
 from rodatlas.continuation.locus.point import LocusFrame, Sought, adapted, correct, density_of, error_of, on_mesh

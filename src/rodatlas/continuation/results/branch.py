@@ -179,7 +179,7 @@ class SpecialPoint:
         """
         if self.multiplicity > 1 or self.kind != "branch point":
             return self.directions
-        from rodatlas.continuation.discrete.collocation import scaled
+        from rodatlas.continuation.discrete.vectors import scaled
 
         return tuple(scaled(d, sign) for d in self.directions for sign in (1.0, -1.0))
 

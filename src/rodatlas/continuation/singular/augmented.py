@@ -21,8 +21,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from rodatlas.continuation.discrete.collocation import Collocation, Row, add, scaled
+from rodatlas.continuation.discrete.collocation import Collocation, Row
 from rodatlas.continuation.discrete.random_fields import displacement
+from rodatlas.continuation.discrete.vectors import add, scaled
 from rodatlas.continuation.linear.matrix import Blocks, Columns
 from rodatlas.continuation.singular.bordered import BorderedSystem, left_column, loaded, unit
 

@@ -7,7 +7,8 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from rodatlas.continuation.discrete.collocation import Collocation, Linearization, Row, scaled
+from rodatlas.continuation.discrete.collocation import Collocation, Linearization, Row
+from rodatlas.continuation.discrete.vectors import scaled
 from rodatlas.continuation.linear.matrix import Blocks, Columns, Factorization
 from rodatlas.continuation.singular.smallest import smallest_singular
 

@@ -15,9 +15,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from rodatlas.continuation.discrete.collocation import Collocation, add, scaled
+from rodatlas.continuation.discrete.collocation import Collocation
 from rodatlas.continuation.discrete.directional import mixed_derivative
 from rodatlas.continuation.discrete.random_fields import displacement
+from rodatlas.continuation.discrete.vectors import add, scaled
 from rodatlas.continuation.linear.matrix import Blocks, Columns, Factorization
 
 REAL = 1e-3  # relative imaginary part up to which an eigenvalue is real

@@ -18,8 +18,9 @@ from functools import lru_cache
 
 import numpy as np
 
-from rodatlas.continuation.discrete.collocation import Collocation, Row, Scale, scaled
+from rodatlas.continuation.discrete.collocation import Collocation, Row, Scale
 from rodatlas.continuation.discrete.solution import Solution
+from rodatlas.continuation.discrete.vectors import scaled
 from rodatlas.continuation.linear.matrix import Columns
 from rodatlas.continuation.problem.bvp import BVP
 

@@ -8,9 +8,10 @@ from __future__ import annotations
 
 import numpy as np
 
-from rodatlas.continuation.discrete.collocation import Collocation, Row, add
+from rodatlas.continuation.discrete.collocation import Collocation, Row
 from rodatlas.continuation.discrete.newton import NewtonOptions, newton
 from rodatlas.continuation.discrete.phase import MOVED, fitted, orbit_directions, velocity, with_phases
+from rodatlas.continuation.discrete.vectors import add
 from rodatlas.continuation.linear.matrix import Columns
 from rodatlas.continuation.singular.kernel import Kernel, combined
 

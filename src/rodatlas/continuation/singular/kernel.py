@@ -16,8 +16,9 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from rodatlas.continuation.discrete.collocation import Collocation, Row, add, scaled
+from rodatlas.continuation.discrete.collocation import Collocation, Row
 from rodatlas.continuation.discrete.mesh import MeshControl, halved, relative_change
+from rodatlas.continuation.discrete.vectors import add, scaled
 from rodatlas.continuation.linear.matrix import Blocks, Columns
 from rodatlas.continuation.singular.bordered import BorderedSystem, left_column, loaded
 from rodatlas.continuation.singular.smallest import orthonormal

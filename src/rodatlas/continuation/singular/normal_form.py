@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from rodatlas.continuation.discrete.collocation import Collocation, add
+from rodatlas.continuation.discrete.collocation import Collocation
 from rodatlas.continuation.discrete.directional import derivatives_along
+from rodatlas.continuation.discrete.vectors import add
 from rodatlas.continuation.linear.matrix import Columns
 from rodatlas.continuation.results.branch import NormalForm
 from rodatlas.continuation.singular.augmented import Augmented

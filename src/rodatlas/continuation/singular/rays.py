@@ -13,8 +13,9 @@ from itertools import combinations_with_replacement
 
 import numpy as np
 
-from rodatlas.continuation.discrete.collocation import Row, add, scaled
+from rodatlas.continuation.discrete.collocation import Row
 from rodatlas.continuation.discrete.newton import newton
+from rodatlas.continuation.discrete.vectors import add, scaled
 from rodatlas.continuation.linear.matrix import Columns
 from rodatlas.continuation.singular import families
 from rodatlas.continuation.singular.bordered import BorderedSystem, loaded

@@ -12,9 +12,10 @@ from dataclasses import replace
 
 import numpy as np
 
-from rodatlas.continuation.discrete.collocation import Collocation, Row, scaled
+from rodatlas.continuation.discrete.collocation import Collocation, Row
 from rodatlas.continuation.discrete.jumps import jump_error, residual_along
 from rodatlas.continuation.discrete.mesh import MeshControl, halved, relative_change
+from rodatlas.continuation.discrete.vectors import scaled
 from rodatlas.continuation.linear.matrix import Blocks, Columns
 from rodatlas.continuation.singular.augmented import Augmented, solve_branch_point, solve_fold
 

@@ -10,9 +10,10 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from rodatlas.continuation.checks import check_distinct, check_has, check_number, check_type
-from rodatlas.continuation.discrete.collocation import Collocation, Scale, add, free_indices
+from rodatlas.continuation.discrete.collocation import Collocation, Scale, free_indices
 from rodatlas.continuation.discrete.phase import moved_by
 from rodatlas.continuation.discrete.solution import Interpolation, Solution
+from rodatlas.continuation.discrete.vectors import add
 from rodatlas.continuation.linear.matrix import Columns
 from rodatlas.continuation.problem.bvp import BVP
 from rodatlas.continuation.problem.symmetry import Action
