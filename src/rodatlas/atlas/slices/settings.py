@@ -90,6 +90,10 @@ class SliceSettings:
         if taken := {control.name, varying} & {name.replace("_", "-") for name in values}:
             raise ValueError(f"{min(taken)}: expected none, since the slice goes along {control.name}, got one")
         beside = {} if high is None or control.name != varying else {varying: high}  # others may need it to be large
+        if beside:
+            least, most, what = control.limits({c.name: values.get(c.name, c.default) for c in held})
+            inside = math.nextafter(least, most), math.nextafter(most, least)
+            check_number(f"{varying}-max", high, *inside, what)
         setting = model.setting(**values, **beside).without(varying)
         usual = control.usual(setting) if control.usual is not None else (math.nan, math.nan)
         low, high = (use if given is None else given for given, use in zip((low, high), usual, strict=True))

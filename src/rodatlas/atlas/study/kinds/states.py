@@ -11,6 +11,7 @@ from rodatlas.atlas.study.kinds.base import Kind, Workplace, nothing_required
 from rodatlas.files import exact
 from rodatlas.rods.band import check_number, check_poisson
 from rodatlas.rods.ends import Ends
+from rodatlas.rods.model import CONTROLS
 from rodatlas.states.discover import CLASSES, find_states
 from rodatlas.states.store import ALGORITHM, SCHEMA, save_discovery
 
@@ -61,9 +62,11 @@ def _make(
 
 
 def _stem(settings: StatesSettings) -> str:
-    other = f"-dL{exact(settings.compression)}" if settings.compression != 0.5 else ""
-    other += f"-nu{exact(settings.poisson)}" if settings.poisson != 0.25 else ""
-    return f"states-{exact(settings.angle_deg)}-dD{exact(settings.shear)}{other}"
+    values = {"poisson": settings.poisson, "compression": settings.compression}
+    other = [f"-{c.in_files}{exact(values[c.name])}" for c in reversed(CONTROLS) if c.name in values
+             and values[c.name] != c.default]  # fmt: skip
+    shear = next(c for c in CONTROLS if c.name == "shear")
+    return f"states-{exact(settings.angle_deg)}-{shear.in_files}{exact(settings.shear)}{''.join(other)}"
 
 
 def _compute(settings: StatesSettings, work: Workplace) -> None:
