@@ -12,7 +12,7 @@ from rodatlas.atlas.slices.obtain import related_slices, stored_slice
 from rodatlas.atlas.slices.result import Slice
 from rodatlas.atlas.slices.settings import SliceSettings
 from rodatlas.atlas.slices.states.coexisting import numbered_state
-from rodatlas.atlas.slices.states.pick import member
+from rodatlas.atlas.slices.states.pick import member, pick_state
 from rodatlas.continuation import Solution
 from rodatlas.continuation.checks import check_type
 from rodatlas.progress import Progress, silent, tells
@@ -54,13 +54,17 @@ def reach(
     """
     check_type("settings", settings, SliceSettings, "SliceSettings, see SliceSettings.of")
     check_type("name", name, str, "the name of a state such as US+")
-    wanted = parse_label(name, _names(settings, folder))
     say = progress or silent
     stored = stored_slice(folder, settings) if folder else None
+    nomenclature = settings.model.nomenclature
+    if nomenclature is None or not settings.named:  # names are told by all states of the slice
+        whole = compute_slice(settings, cache, progress) if stored is None else stored
+        return Reached(pick_state(whole, name, value), "slice" if stored is None else "stored slice")
+    wanted = parse_label(name, nomenclature.names)
     if stored is not None and (solution := _of_slice(stored, wanted, value)) is not None:
         return Reached(member(settings.model, solution, wanted.sign), "stored slice")
     known, care = settings.model.search, settings.control.care
-    if known is None or not known.names or not settings.named:
+    if known is None or not known.names:
         return _computed(settings, wanted, value, cache, progress)
     if care is not None and care(value, settings.setting):
         say(f"slice, since searches miss states at {settings.along} {value:g}", 0, 1)
@@ -81,15 +85,6 @@ def reach(
         raise ValueError(_missing(settings, wanted, value, found, there))
     say("slice, since no start of the search converged", 0, 1)
     return _computed(settings, wanted, value, cache, progress)
-
-
-def _names(settings: SliceSettings, folder: Path | None) -> tuple[str, ...]:
-    """Names that a state can have: of the nomenclature, or of the slice that a folder holds; else any letter."""
-    known = settings.model.nomenclature
-    if known is not None and settings.named:
-        return known.names
-    found = stored_slice(folder, settings) if folder else None
-    return found.known_names if found is not None else ()
 
 
 def _missing(
