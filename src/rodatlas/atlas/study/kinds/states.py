@@ -4,18 +4,15 @@ from __future__ import annotations
 
 import time
 from dataclasses import asdict, dataclass
-from typing import TYPE_CHECKING
 
 from rodatlas import __version__
+from rodatlas.atlas import results
 from rodatlas.atlas.study.kinds.base import Kind, Workplace, nothing_required
 from rodatlas.files import exact
 from rodatlas.rods.band import check_number, check_poisson
 from rodatlas.rods.ends import Ends
 from rodatlas.states.discover import CLASSES, find_states
-from rodatlas.states.store import ALGORITHM, SCHEMA, save_discovery
-
-if TYPE_CHECKING:
-    import h5py
+from rodatlas.states.store import ALGORITHM, save_discovery
 
 
 @dataclass(frozen=True)
@@ -76,8 +73,4 @@ def _compute(settings: StatesSettings, work: Workplace) -> None:
     save_discovery(work.path, found, settings.identity(), time.perf_counter() - begin)
 
 
-def _contents(file: h5py.File) -> str:
-    return f"{file.attrs['count']} states, {file.attrs['stable']} stable"
-
-
-STATES = Kind("states", "states", SCHEMA, StatesSettings, _make, _stem, nothing_required, _compute, _contents)
+STATES = Kind(results.STATES, "states", StatesSettings, _make, _stem, nothing_required, _compute)
