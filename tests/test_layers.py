@@ -22,7 +22,7 @@ INSIDE = {  # folders and modules of a package, the same; and what loads somethi
         {"result": ("store", "states")},
     ),
     "atlas": (
-        ("contents", "study", "open", "results", "phase", "loci", "slices"),
+        ("contents", "study", "open", "results", "phase", "loci", "slices", "stored", "cache", "unfinished"),
         {"phase": ("study",)},  # a plane is sampled by many slices
     ),
     "plot": (("exports", "branches", "planes", "shapes", "slices", "band", "look"), {}),

@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 
 from rodatlas import __version__
-from rodatlas.atlas import FolderCache
+from rodatlas.atlas.cache import BRANCH, FolderCache
 from rodatlas.atlas.results import ResultKind
 from rodatlas.atlas.study.kinds import Kind
 from rodatlas.atlas.study.kinds.base import nothing_required
@@ -51,12 +51,12 @@ def _compute(settings, work):
     branches = []
     for part in range(BRANCHES):
         work.progress(f"branch {part}", part, BRANCHES - part)
-        branch = cache.get(f"b{part}")
+        branch = cache.get(f"b{part}", BRANCH)
         if branch is None:
             log(work.folder, f"{work.stem}/b{part}.h5")
             time.sleep(settings.pause)
             branch = bratu(2.0 + 0.1 * settings.number + part)
-            cache.put(f"b{part}", branch)
+            cache.put(f"b{part}", branch, BRANCH)
         branches.append(branch)
     log(work.folder, f"{work.stem}.h5")
     with atomic_hdf5(work.path, CHEAP.result.schema) as file:
