@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Protocol, get_type_hints
 
 from rodatlas.atlas.results import ResultKind
+from rodatlas.continuation.checks import WrongInput
 from rodatlas.files import digest
 from rodatlas.progress import Progress
 
@@ -137,9 +138,9 @@ def divided(
     for name in given:
         if name not in keys:
             along = " and ".join(c.name for c in varied)
-            raise ValueError(f"{name}: expected the range of {along} only, which varies, got {given[name]:g}")
+            raise WrongInput(name, f"expected the range of {along} only, which varies, got {given[name]:g}")
     moved = {c.parameter for c in varied}
     for control in model.controls:
         if control.short == "" and control.parameter not in moved and control.name.replace("-", "_") not in given:
-            raise ValueError(f"{control.name}: expected a value, got none")
+            raise WrongInput(control.name, "expected a value, got none")
     return given, ranges

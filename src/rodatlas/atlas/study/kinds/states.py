@@ -8,6 +8,7 @@ from dataclasses import asdict, dataclass
 from rodatlas import __version__
 from rodatlas.atlas import results
 from rodatlas.atlas.study.kinds.base import Kind, Workplace, nothing_required
+from rodatlas.continuation.checks import WrongInput
 from rodatlas.files import exact
 from rodatlas.rods.band import check_number, check_poisson
 from rodatlas.rods.ends import Ends
@@ -40,7 +41,7 @@ class StatesSettings:
         Ends(self.angle_deg, self.compression, self.shear)
         check_poisson(self.poisson)
         if self.classes not in CLASSES:
-            raise ValueError(f"class: expected +, - or both, got '{self.classes}'")
+            raise WrongInput("class", f"expected +, - or both, got '{self.classes}'")
         check_number("starts", self.starts, 0, 10**7, "a whole number of at least 1 (0: the default)")
         check_number("tol", self.tolerance, 1e-10, 1e-6, "a number between 1e-10 and 1e-06")
         check_number("seed", self.seed, 0, 2**31, "a whole number of at least 0")
