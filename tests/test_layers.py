@@ -21,7 +21,10 @@ INSIDE = {  # folders and modules of a package, the same; and what loads somethi
         ("reach", "close_up", "obtain", "compute", "store", "states", "result", "branches", "settings"),
         {"result": ("store", "states")},
     ),
-    "atlas": (("study", "phase", "loci", "slices"), {"phase": ("study",)}),  # a plane is sampled by many slices
+    "atlas": (
+        ("contents", "study", "open", "results", "phase", "loci", "slices", "stored", "cache", "unfinished"),
+        {"phase": ("study",)},  # a plane is sampled by many slices
+    ),
     "plot": (("exports", "branches", "planes", "shapes", "slices", "band", "look"), {}),
 }
 ENGINE = ("locus", "curve", "singular", "symmetric", "store", "results", "discrete", "problem", "linear")  # the same

@@ -2,7 +2,7 @@
 
 import pytest
 
-from rodatlas.atlas.loci.cache import LocusFolder
+from rodatlas.atlas.cache import LOCUS, FolderCache
 from rodatlas.atlas.loci.obtain import obtain_loci
 from rodatlas.continuation import Locus
 from rodatlas.paper.model import band_loci
@@ -43,6 +43,6 @@ def test_interrupted_loci_resume(tmp_path, slice_15, loci):
 
 
 def test_loci_of_other_settings_start_afresh(tmp_path, loci):
-    LocusFolder(tmp_path, band_loci()).put("locus-3", loci.curves[0])
-    assert len(LocusFolder(tmp_path, band_loci())) == 1
-    assert len(LocusFolder(tmp_path, band_loci(poisson=0.3))) == 0
+    FolderCache(tmp_path, band_loci()).put("locus-3", loci.curves[0], LOCUS)
+    assert len(FolderCache(tmp_path, band_loci())) == 1
+    assert len(FolderCache(tmp_path, band_loci(poisson=0.3))) == 0

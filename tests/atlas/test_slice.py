@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from rodatlas.atlas import BranchCache, compute_slice, reach
+from rodatlas.atlas import MemoryCache, compute_slice, reach
 from rodatlas.atlas.slices.states.pick import pick_state
 from rodatlas.continuation import NewtonCode, NotConverged, Status
 from rodatlas.model.model import Source
@@ -205,7 +205,7 @@ def test_a_state_that_cannot_be_carried_over_is_said(slice_15, monkeypatch):
 
     monkeypatch.setattr(seeds, "trace", fails)
     reference = [(b.id, b.followed.branch) for b in slice_15.branches if b.id == "U"]
-    found, warnings = seeds.carried_seeds(reference, band_slice(15.0), band_slice(30.0), BranchCache())
+    found, warnings = seeds.carried_seeds(reference, band_slice(15.0), band_slice(30.0), MemoryCache())
     assert found == []
     assert len(warnings) == 3  # U is stable at the lowest and at the two highest of the shears
     assert all(w.startswith(f"branch U@15.{k + 1}: not carried over: ") for k, w in enumerate(warnings))

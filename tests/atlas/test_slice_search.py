@@ -5,7 +5,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from rodatlas.atlas import BranchCache, FolderCache, Followed, compute_slice
+from rodatlas.atlas import FolderCache, Followed, MemoryCache, compute_slice
+from rodatlas.atlas.cache import SOLUTIONS
 from rodatlas.atlas.slices.branches import follow
 from rodatlas.atlas.slices.branches.follow import trace_options
 from rodatlas.atlas.slices.branches.search import Found, search_at, searched_values
@@ -70,26 +71,26 @@ def test_searches_that_found_no_state_are_said(slice_30):
 def test_what_was_found_is_kept_for_a_run_that_goes_on(tmp_path, slice_30, monkeypatch):
     settings = band_slice(30.0)
     states = tuple(slice_30.state(name, 0.7).solutions[0] for name in ("uUu", "US+-"))
-    FolderCache(tmp_path, settings).put_states("search-0.624", states)
-    FolderCache(tmp_path, settings).put_states("search-0.26", ())
+    FolderCache(tmp_path, settings).put("search-0.624", states, SOLUTIONS)
+    FolderCache(tmp_path, settings).put("search-0.26", (), SOLUTIONS)
     monkeypatch.setattr(type(settings.model.search), "stable_states", None)  # nothing is searched again
     again = search_at(0.624, settings, FolderCache(tmp_path, settings)).states
     assert [s["energy"] for s in again] == [s["energy"] for s in states]
     assert np.array_equal(again[0].values, states[0].values)
     assert search_at(0.26, settings, FolderCache(tmp_path, settings)).states == ()
     assert len(FolderCache(tmp_path, band_slice(30.0, search=64))) == 0
-    FolderCache(tmp_path, settings).put_states("search-0.624", states)
+    FolderCache(tmp_path, settings).put("search-0.624", states, SOLUTIONS)
     path = tmp_path / "search-0.624.h5"
     path.write_bytes(path.read_bytes()[:1000])
     said = []
-    assert FolderCache(tmp_path, settings, say=said.append).get_states("search-0.624") is None
+    assert FolderCache(tmp_path, settings, say=said.append).get("search-0.624", SOLUTIONS) is None
     assert "search-0.624.h5 is damaged and is computed again" in said[0]
 
 
 def test_a_stable_state_without_a_name_of_the_paper():
     """At 45 degrees and dL = 0.7 a search alone knows of an isolated symmetric branch, stable between two folds."""
     settings = band_slice(45.0, 0.7, shear_min=-0.05, shear_max=0.45, search=512)
-    states = search_at(0.286, settings, BranchCache()).states
+    states = search_at(0.286, settings, MemoryCache()).states
     symmetric = [s for s in states if is_symmetric(s)]
     assert sorted(s["height"] > 0 for s in symmetric) == [False, True, True]  # W, U and this one
     state = max(symmetric, key=lambda s: s["energy"])

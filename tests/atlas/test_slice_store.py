@@ -12,6 +12,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from rodatlas.atlas import FolderCache, Slice, compute_slice
+from rodatlas.atlas.cache import BRANCH
 from rodatlas.atlas.slices.obtain import obtain_slice, stored_slice
 from rodatlas.atlas.study import list_folder
 from rodatlas.paper.model import band_slice
@@ -56,20 +57,20 @@ def compare(one, two):
 def test_other_settings_start_afresh(tmp_path, slice_15):
     settings = band_slice(15.0)
     cache = FolderCache(tmp_path, settings)
-    cache.put("U", slice_15.branches[0].followed.branch)
+    cache.put("U", slice_15.branches[0].followed.branch, BRANCH)
     assert len(FolderCache(tmp_path, settings)) == 1
     assert len(FolderCache(tmp_path, settings, fresh=True)) == 0
-    cache.put("U", slice_15.branches[0].followed.branch)
+    cache.put("U", slice_15.branches[0].followed.branch, BRANCH)
     assert len(FolderCache(tmp_path, band_slice(15.0, poisson=0.3))) == 0
 
 
 def test_a_damaged_branch_is_computed_again(tmp_path, slice_15):
     said = []
     cache = FolderCache(tmp_path, band_slice(15.0), say=said.append)
-    cache.put("U", slice_15.branches[0].followed.branch)
+    cache.put("U", slice_15.branches[0].followed.branch, BRANCH)
     path = tmp_path / "U.h5"
     path.write_bytes(path.read_bytes()[:1000])
-    assert cache.get("U") is None
+    assert cache.get("U", BRANCH) is None
     assert f"{tmp_path.name}/U.h5 is damaged and is computed again" in said[0]
     assert not path.exists()
 
@@ -83,7 +84,7 @@ def test_a_folder_of_somebody_else_is_left_alone(tmp_path):
 
 def test_a_damaged_record_of_settings_loses_no_curve(tmp_path, slice_15):
     said = []
-    FolderCache(tmp_path / "s", band_slice(15.0)).put("U", slice_15.branches[0].followed.branch)
+    FolderCache(tmp_path / "s", band_slice(15.0)).put("U", slice_15.branches[0].followed.branch, BRANCH)
     (tmp_path / "s" / "settings.json").write_text("{")
     assert len(FolderCache(tmp_path / "s", band_slice(15.0), say=said.append)) == 0
     assert (tmp_path / "s.damaged" / "U.h5").exists()
@@ -180,7 +181,7 @@ def test_curves_that_a_kill_left_beside_a_finished_slice_go(tmp_path, near_zero)
     near_zero.save(path)
     for leave in (lambda: obtain_slice(SMALL, tmp_path), lambda: list_folder(tmp_path)):
         cache = FolderCache(tmp_path / path.stem, SMALL)
-        cache.put("U", near_zero.branches[0].followed.branch)
+        cache.put("U", near_zero.branches[0].followed.branch, BRANCH)
         (tmp_path / f".{path.name}.0123456789ab.partial").write_bytes(b"half")
         gone = tmp_path / f".{path.stem}.0123456789ab.partial"
         gone.mkdir()
@@ -190,14 +191,14 @@ def test_curves_that_a_kill_left_beside_a_finished_slice_go(tmp_path, near_zero)
         leave()
         assert [p.name for p in tmp_path.iterdir()] == [path.name]
     # those of an unfinished slice stay
-    FolderCache(tmp_path / path.stem, SMALL.at(poisson=0.3)).put("U", near_zero.branches[0].followed.branch)
+    FolderCache(tmp_path / path.stem, SMALL.at(poisson=0.3)).put("U", near_zero.branches[0].followed.branch, BRANCH)
     assert [e.status for e in list_folder(tmp_path).entries] == ["partial", "complete"]
 
 
 def test_curves_are_left_while_another_process_is_at_them(tmp_path, near_zero):
     path = tmp_path / f"{SMALL.stem}.h5"
     near_zero.save(path)
-    FolderCache(tmp_path / path.stem, SMALL).put("U", near_zero.branches[0].followed.branch)
+    FolderCache(tmp_path / path.stem, SMALL).put("U", near_zero.branches[0].followed.branch, BRANCH)
     code = (
         "import sys\nfrom pathlib import Path\nfrom rodatlas.files import claimed\n"
         "with claimed(Path(sys.argv[1])):\n    print('held', flush=True)\n    sys.stdin.read()\n"
@@ -286,7 +287,7 @@ def test_damaged_slice_file_is_named(file_30, tmp_path):
 
 def test_finished_cache_is_cleared_but_not_what_else_is_there(tmp_path, slice_15):
     cache = FolderCache(tmp_path / "s", band_slice(15.0))
-    cache.put("U", slice_15.branches[0].followed.branch)
+    cache.put("U", slice_15.branches[0].followed.branch, BRANCH)
     (tmp_path / "s" / "notes.txt").write_text("mine")
     cache.clear()
     assert [p.name for p in (tmp_path / "s").iterdir()] == ["notes.txt"]

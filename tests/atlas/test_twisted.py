@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from rodatlas.atlas import BranchCache, compute_slice, reach
+from rodatlas.atlas import MemoryCache, compute_slice, reach
 from rodatlas.atlas.slices.branches import seeds
 from rodatlas.atlas.slices.branches.follow import trace_options
 from rodatlas.continuation import EndReason, NewtonCode, NotConverged, trace
@@ -163,7 +163,7 @@ def test_reach_both_members():
 
 
 def carried(angle, compression=0.5, poisson=0.25):
-    found, warnings = seeds.seeds_of(TWISTED, band_slice(angle, compression, poisson), BranchCache())
+    found, warnings = seeds.seeds_of(TWISTED, band_slice(angle, compression, poisson), MemoryCache())
     assert warnings == []
     stable = {name for name, state in found if index_of(state).index == 0}
     return dict(found), stable
@@ -188,7 +188,7 @@ def test_mirror_images_at_zero_angle():
 
 def test_what_cannot_be_found_is_said(monkeypatch):
     monkeypatch.setattr("rodatlas.rods.twisted.twisted_states", lambda *settings: ({}, "TU, TW"))
-    assert seeds.seeds_of(TWISTED, band_slice(15.0), BranchCache()) == ([], ["twisted states not reached: TU, TW"])
+    assert seeds.seeds_of(TWISTED, band_slice(15.0), MemoryCache()) == ([], ["twisted states not reached: TU, TW"])
 
 
 def test_what_cannot_be_carried_is_said(states, monkeypatch):
@@ -196,7 +196,7 @@ def test_what_cannot_be_carried_is_said(states, monkeypatch):
         raise NotConverged(NewtonCode.SLOW, f"start of {name}")
 
     monkeypatch.setattr(seeds, "carried", fails)
-    found, warnings = seeds.seeds_of(TWISTED, band_slice(30.0), BranchCache())
+    found, warnings = seeds.seeds_of(TWISTED, band_slice(30.0), MemoryCache())
     assert found == []
     assert [w.split(":")[0] for w in warnings] == [f"branch {n}" for n in ("TU", "TU-2", "TU-3", "TW", "TW-2", "TW-3")]
 

@@ -7,9 +7,12 @@ import pandas as pd
 import pytest
 import trimesh
 
+from rodatlas.atlas.results import RESULTS, kind_of
 from rodatlas.cli import main
 from rodatlas.continuation import Solution
+from rodatlas.paper.model import band_phase
 from rodatlas.rods import Ends, RodState
+from small_results import straight_phase
 
 
 def run(capsys, *arguments):
@@ -27,6 +30,7 @@ def files(slice_15, tmp_path_factory):
     slice_15.state("U", 0.2).solutions[-1].save(folder / "u.h5")
     plain = Solution.from_function(lambda s: s[:, None], ("v",), {"lam": 1.0})
     plain.save(folder / "plain.h5")
+    straight_phase(band_phase()).save(folder / "phase.h5")
     (folder / "damaged.h5").write_bytes((folder / "u.h5").read_bytes()[:3000])
     (folder / "text.h5").write_text("hello")
     rod = RodState(slice_15.state("US+-", 0.5).solutions[3])
@@ -72,6 +76,31 @@ def test_one_file_for_each_table_and_shape(capsys, files, tmp_path):
     }
 
 
+def test_tables_of_a_phase_diagram(capsys, files, tmp_path):
+    """Of a plane with the lines 0.33 and 0.61 across it: areas in degrees times lengths."""
+    assert run(capsys, files / "phase.h5", "--out", tmp_path / "p.csv", "--band", "240x3x0.127")[0] == 0
+    assert {p.name for p in tmp_path.iterdir()} == {f"p-{x}.csv" for x in ("events", "faces", "regions")}
+    regions, faces = (pd.read_csv(tmp_path / f"p-{x}.csv", comment="#") for x in ("regions", "faces"))
+    settings = band_phase()
+    pair = regions[regions["state"] == "US+-"].iloc[0]
+    assert [pair[f"shear_{side}"] for side in ("low", "high")] == pytest.approx([0.33, settings.high])
+    assert [pair[f"angle_deg_{side}"] for side in ("low", "high")] == [settings.second_low, settings.second_high]
+    assert pair["shear_low_mm"] == pytest.approx(240 * 0.33)
+    lower = regions[regions["state"] == "U"].iloc[0]
+    assert lower["area"] == pytest.approx((settings.second_high - settings.second_low) * (0.33 - settings.low))
+    assert set(lower["bounds"].split()) == {"4", "frame"}
+    assert sorted(zip(faces["states"], faces["count"], faces["names"], strict=True)) == [
+        ("U", 1, 1), ("US+-", 2, 1), ("US+- uUu", 3, 2)
+    ]  # fmt: skip
+
+
+def test_every_kind_of_result_is_told_apart():
+    for kinds in zip(*((k.word, k.schema, k.type) for k in RESULTS), strict=True):
+        assert len(set(kinds)) == len(RESULTS)
+    with pytest.raises(ValueError, match=r"^result: expected one of Solution, Branch, .*PhaseDiagram, got 15\.0$"):
+        kind_of(15.0)
+
+
 def test_table_of_found_states(capsys, files, tmp_path):
     code, _, _ = run(capsys, files / "states.json", "--out", tmp_path / "states.csv")
     assert code == 0
@@ -108,6 +137,7 @@ def test_shapes_of_found_states(capsys, files, slice_15, tmp_path):
         ("states.json", ["--format", "vtp", "--at", "0"], "at: expected a value only for the states of a slice"),
         ("wrong.json", ["--format", "vtp"], "state: expected N0, M0 of a state at angle 15, comp"),
         ("plain.h5", ["--format", "vtp"], "file: expected the solution of a rod, got one without N1, N2, N3"),
+        ("phase.h5", ["--format", "vtp"], "file: expected a solution, a slice or found states for shapes, got PhaseDi"),
         ("u.h5", ["--format", "obj"], "format: expected one of csv, vtp, glb, stl, got 'obj'"),
         ("u.h5", ["--format", "stl"], "band: expected LENGTHxWIDTHxTHICKNESS in mm for STL"),
         ("u.h5", ["--format", "vtp", "--band", "240x30"], "band: expected LENGTHxWIDTHxTHICKNESS in mm such as"),

@@ -15,7 +15,8 @@ from rodatlas.atlas import Slice, SliceBranch
 from rodatlas.atlas.slices.branches.follow import Followed
 from rodatlas.cli import main
 from rodatlas.continuation import BVP, Solution, TraceOptions, trace
-from rodatlas.paper.model import band_slice
+from rodatlas.paper.model import band_phase, band_slice
+from small_results import straight_phase
 
 SLICES = "[[slices]]\nangle = 15\n"
 STUDIES = {
@@ -195,10 +196,11 @@ def right(tmp_path_factory):
     bare = trace(bvp, start, ("lam",), TraceOptions(bounds={"lam": (0.0, 1.0)}))
     slice_ = Slice(band_slice(15.0), (SliceBranch(Followed("U", bare, frozenset(), False), ()),), (), (), 0.0)
     slice_.save(folder / "slice.h5")
+    straight_phase(band_phase()).save(folder / "phase.h5")
     return folder
 
 
-KINDS = ("solution", "branch", "slice")
+KINDS = ("solution", "branch", "slice", "phase")
 
 
 @pytest.mark.parametrize("kind", KINDS)

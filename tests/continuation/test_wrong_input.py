@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import inspect
+import pickle
 from collections.abc import Callable, Iterator
 from dataclasses import fields
 from functools import lru_cache
@@ -44,6 +45,7 @@ from rodatlas.continuation import (
     trace,
     value_at,
 )
+from rodatlas.continuation.checks import WrongInput, check_number
 from rodatlas.continuation.curve.start import first_state
 
 WRONG = {
@@ -277,7 +279,7 @@ def test_what_makes_no_sense_is_named(
 def test_every_argument_of_the_verbs_is_tried() -> None:
     tried = {name.partition("(")[0] for name in (*CONSTRUCTORS, *VERBS)} | {"Solution"}
     records = {"Branch", "Locus", "Point", "LocusPoint", "LocusEvent", "SpecialPoint", "NormalForm", "Discrepancy",
-               "EndReason", "Status", "NewtonCode", "NotConverged"}  # fmt: skip
+               "EndReason", "Status", "NewtonCode", "NotConverged", "Effect"}  # fmt: skip
     assert set(rodatlas.continuation.__all__) == (tried & set(rodatlas.continuation.__all__)) | records
     for name in VERBS:
         given = VERBS[name][1]()
@@ -335,3 +337,13 @@ def test_a_locus_in_parameters_without_effect() -> None:
     for free in (("lam", "k", "idle"), ("k", "idle", "lam"), ("lam", "idle", "q")):
         with pytest.raises(ValueError, match=r"free: expected parameters on which .* depends, got 'idle'"):
             follow_locus(bvp, fold, free, SHORT)
+
+
+def test_wrong_input_tells_its_field_apart() -> None:
+    """So that who read it from a file can give its name there; in another process too."""
+    with pytest.raises(WrongInput) as caught:
+        check_number("shear-max", "x", 0.0, 1.0, "a number from 0 to 1")
+    for error in (caught.value, pickle.loads(pickle.dumps(caught.value))):
+        assert (error.field, error.rest) == ("shear-max", "expected a number from 0 to 1, got 'x'")
+        assert str(error) == "shear-max: expected a number from 0 to 1, got 'x'"
+        assert isinstance(error, ValueError)

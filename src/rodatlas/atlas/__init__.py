@@ -10,6 +10,7 @@ from importlib import import_module as _import_module
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
+    from rodatlas.atlas.cache import Cache, FolderCache, MemoryCache
     from rodatlas.atlas.loci.compute import compute_loci
     from rodatlas.atlas.loci.events import PlaneEvent
     from rodatlas.atlas.loci.result import Loci, Piece
@@ -17,7 +18,6 @@ if TYPE_CHECKING:
     from rodatlas.atlas.phase.compute import compute_phase
     from rodatlas.atlas.phase.result import PhaseDiagram, Region
     from rodatlas.atlas.phase.settings import PhaseSettings
-    from rodatlas.atlas.slices.branches.cache import BranchCache, FolderCache
     from rodatlas.atlas.slices.branches.follow import Followed
     from rodatlas.atlas.slices.compute import compute_slice
     from rodatlas.atlas.slices.reach import reach
@@ -26,9 +26,8 @@ if TYPE_CHECKING:
     from rodatlas.atlas.slices.states.coexisting import coexisting_states, richest_value, solve_state
 
 _HOME = {
-    "BranchCache": "slices.branches.cache", "Event": "slices.result", "FolderCache": "slices.branches.cache",
-    "Followed": "slices.branches.follow", "Loci": "loci.result", "LociSettings": "loci.settings",
-    "PhaseDiagram": "phase.result",
+    "Cache": "cache", "Event": "slices.result", "FolderCache": "cache", "Followed": "slices.branches.follow",
+    "Loci": "loci.result", "LociSettings": "loci.settings", "MemoryCache": "cache", "PhaseDiagram": "phase.result",
     "PhaseSettings": "phase.settings", "Piece": "loci.result", "PlaneEvent": "loci.events", "Region": "phase.result",
     "Slice": "slices.result", "SliceBranch": "slices.result", "SliceSettings": "slices.settings",
     "State": "slices.result", "StateEnd": "slices.result", "coexisting_states": "slices.states.coexisting",
@@ -37,8 +36,8 @@ _HOME = {
 }  # fmt: skip
 
 __all__ = [
-    "BranchCache", "Event", "FolderCache", "Followed", "Loci", "LociSettings", "PhaseDiagram", "PhaseSettings", "Piece",
-    "PlaneEvent", "Region", "Slice", "SliceBranch", "SliceSettings", "State", "StateEnd", "coexisting_states",
+    "Cache", "Event", "FolderCache", "Followed", "Loci", "LociSettings", "MemoryCache", "PhaseDiagram", "PhaseSettings",
+    "Piece", "PlaneEvent", "Region", "Slice", "SliceBranch", "SliceSettings", "State", "StateEnd", "coexisting_states",
     "compute_loci", "compute_phase", "compute_slice", "reach", "richest_value", "solve_state",
 ]  # fmt: skip
 

@@ -7,10 +7,9 @@ import os
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
-from rodatlas.atlas.loci.result import Loci
-from rodatlas.atlas.open import Result
+from rodatlas.atlas.results import Result, Tables, kind_of
 from rodatlas.atlas.slices.result import Slice
 from rodatlas.atlas.slices.states.coexisting import coexisting_states, richest_value
 from rodatlas.atlas.slices.states.pick import pick_state
@@ -20,11 +19,8 @@ from rodatlas.rods.perfectly_anisotropic import FULL
 from rodatlas.states.discover import Discovery
 from rodatlas.states.labels import labels
 from rodatlas.states.rebuild import rebuilt
+from rodatlas.states.result import SCHEMA
 
-if TYPE_CHECKING:
-    import pandas as pd
-
-STATES = "rodatlas/states/1"
 SETTING = ("compression", "shear", "offset", "twist", "poisson")  # and the angle, or both angles
 NUMBERS: dict[str, tuple[int, ...]] = {"N0": (3,), "M0": (3,), "energy": ()}  # of each state, and how many
 MOST = 1e9  # size of any of them: a slip of the pen
@@ -49,7 +45,7 @@ def read_states_table(path: str | os.PathLike[str]) -> StatesTable:
     ValueError
         one line, when the file is missing, or no JSON, or holds something else.
     """
-    expected = f"file: expected what 'rodatlas states --json' writes (schema {STATES}), got"
+    expected = f"file: expected what 'rodatlas states --json' writes (schema {SCHEMA}), got"
     try:
         data = json.loads(Path(path).read_text(encoding="utf-8"))
     except OSError as error:
@@ -57,7 +53,7 @@ def read_states_table(path: str | os.PathLike[str]) -> StatesTable:
     except (ValueError, RecursionError) as error:
         raise ValueError(f"{expected} '{path}', which is not JSON ({error})") from None
     found = data.get("schema") if isinstance(data, dict) else type(data).__name__
-    if found != STATES or not isinstance(data.get("states"), list):
+    if found != SCHEMA or not isinstance(data.get("states"), list):
         raise ValueError(f"{expected} '{path}' with {found!r}")
     for i, entry in enumerate(data["states"], 1):
         _check_entry(entry, f"{path}: state {i}")
@@ -102,27 +98,18 @@ def _check_numbers(value: Any, shape: tuple[int, ...], place: str) -> None:
         raise ValueError(f"{place}: expected {what}, got {got}")
 
 
-def tables_of(result: Result | StatesTable, samples: int) -> tuple[dict[str, pd.DataFrame], list[str]]:
+def tables_of(result: Result | StatesTable, samples: int) -> Tables:
     """Tables by name, '' for a single one, and comment lines for them.
 
     Parameters
     ----------
     samples : rows of the table of a solution.
     """
-    from rodatlas.plot.exports.tables import UNITS, loci_tables, slice_tables, solution_table, states_table
-
-    if isinstance(result, Solution):
-        frame, comments = solution_table(result, samples)
-        return {"": frame}, comments
-    if isinstance(result, Discovery):
-        return {"": states_table(result.to_json())}, [UNITS]
     if isinstance(result, StatesTable):
+        from rodatlas.plot.exports.tables import UNITS, states_table
+
         return {"": states_table(result.data)}, [UNITS]
-    if isinstance(result, Slice | Loci):
-        settings = ", ".join(f"{key} = {value}" for key, value in result.settings.identity().items())
-        tables = slice_tables(result) if isinstance(result, Slice) else loci_tables(result)
-        return tables, [settings, UNITS]
-    return {"": result.to_frame()}, [UNITS]
+    return kind_of(result).tables(result, samples)
 
 
 def shapes_of(result: Result | StatesTable, state: str = "", place: float | None = None) -> dict[str, Solution]:

@@ -3,24 +3,13 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable
 from pathlib import Path
 
-from rodatlas.atlas.loci.result import Loci
-from rodatlas.atlas.slices.result import Slice
-from rodatlas.continuation import Branch, Locus, Solution
-from rodatlas.states.discover import Discovery
-from rodatlas.states.store import load_discovery
-
-Result = Solution | Branch | Locus | Slice | Loci | Discovery
-KINDS: dict[str, Callable[[Path], Result]] = {
-    "rodatlas/solution": Solution.load, "rodatlas/branch": Branch.load, "rodatlas/locus": Locus.load,
-    "rodatlas/slice": Slice.load, "rodatlas/loci": Loci.load, "rodatlas/states": load_discovery,
-}  # fmt: skip
+from rodatlas.atlas.results import RESULTS, Result, with_schema
 
 
 def open_result(path: str | os.PathLike[str]) -> Result:
-    """The solution, branch, locus, slice, set of loci or found states in an HDF5 file of this program.
+    """The result in an HDF5 file of this program: of any kind in :data:`rodatlas.atlas.results.RESULTS`.
 
     Raises
     ------
@@ -30,7 +19,7 @@ def open_result(path: str | os.PathLike[str]) -> Result:
     import h5py
 
     where = Path(path)
-    expected = f"{where}: expected an HDF5 file written by rodatlas ({', '.join(k[9:] for k in KINDS)}), got"
+    expected = f"{where}: expected an HDF5 file written by rodatlas ({', '.join(k.word for k in RESULTS)}), got"
     try:
         if not where.exists():
             raise ValueError(f"{expected} no such file")
@@ -41,6 +30,8 @@ def open_result(path: str | os.PathLike[str]) -> Result:
     except OSError as error:
         raise ValueError(f"{expected} a file of another kind, or a damaged one ({error})") from None
     schema = found.decode() if isinstance(found, bytes) else str(found)
-    if schema not in KINDS:
+    kind = with_schema(schema)
+    if kind is None:
         raise ValueError(f"{expected} {f'the schema {schema!r}' if schema else 'an HDF5 file without a schema'}")
-    return KINDS[schema](where)
+    opened: Result = kind.load(where)
+    return opened

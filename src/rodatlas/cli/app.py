@@ -369,7 +369,7 @@ def paper_command(
 def export_command(
     context: typer.Context,
     file: Annotated[
-        str, argument(kind="FILE", help="File of solve, slice or loci (.h5), or of states --json (.json).")
+        str, argument(kind="FILE", help="File of solve, slice, loci or phase (.h5), or of states --json (.json).")
     ],
     out: Annotated[str, option(kind="FILE", help="File to write; of several tables or shapes, each adds its name.")],
     form: Annotated[
@@ -387,13 +387,13 @@ def export_command(
             default="lengths in L",
         ),
     ] = None,
-    state: Annotated[
-        str | None, option(kind="NAME", help="One state: of a slice, with --at.", default="all")
-    ] = None,
+    state: Annotated[str | None, option(kind="NAME", help="One state: of a slice, with --at.", default="all")] = None,
     at: Annotated[
         str | None,
         option(
-            "--at", kind="NUMBER", help="Value of what varies at which shapes of a slice are wanted.",
+            "--at",
+            kind="NUMBER",
+            help="Value of what varies at which shapes of a slice are wanted.",
             default="where most states coexist",
         ),
     ] = None,

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     import pandas as pd
 
     from rodatlas.atlas.contents import StatesTable
-    from rodatlas.atlas.open import Result
+    from rodatlas.atlas.results import Result
     from rodatlas.continuation import Solution
 
 MOST = 1e6  # size of a value of what varies: a slip of the keyboard

@@ -23,9 +23,7 @@ if TYPE_CHECKING:
     from rodatlas.continuation import Solution
 
 
-def run(
-    fixed: Texts, shear: str, state: str, out: str | None, tol: str, folder: str | None, overwrite: bool
-) -> None:
+def run(fixed: Texts, shear: str, state: str, out: str | None, tol: str, folder: str | None, overwrite: bool) -> None:
     """The command; texts come as typed and are checked here.
 
     Parameters
@@ -80,9 +78,10 @@ def _expect(path: Path, identity: Identity) -> None:
 def _identity_in(path: Path) -> dict[str, object] | None:
     """What the file of a state says of itself; None where it is none."""
     from rodatlas.continuation.store.hdf5 import checked_hdf5
+    from rodatlas.continuation.store.solutions import SCHEMA
 
     try:
-        with checked_hdf5(path, "rodatlas/solution") as file:
+        with checked_hdf5(path, SCHEMA) as file:
             return json.loads(file.attrs["identity"])
     except (OSError, ValueError):
         return None

@@ -104,6 +104,8 @@ def _summary(found: StudyResult) -> str:
 
 def _dry_run(study: Study, folder: Path, console: Console) -> dict[str, Any]:
     """Print what would be computed, and what is there already as far as the names tell."""
+    from rodatlas.atlas.study.plan import SCHEMA
+
     rows: list[dict[str, Any]] = [
         {
             "kind": t.kind.name, "file": t.file, "there": (folder / t.file).exists(),
@@ -119,7 +121,7 @@ def _dry_run(study: Study, folder: Path, console: Console) -> dict[str, Any]:
     say_table(console, table)
     left = sum(not row["there"] for row in rows)
     console.print(f"{len(rows)} results, {left} to be computed; nothing was done", highlight=False)
-    return {"schema": "rodatlas/study-plan/1", "name": study.name, "tasks": rows}
+    return {"schema": SCHEMA, "name": study.name, "tasks": rows}
 
 
 @contextmanager

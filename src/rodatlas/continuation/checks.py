@@ -15,17 +15,34 @@ _SHORT = reprlib.Repr()
 _SHORT.maxother = _SHORT.maxstring = 60
 
 
+class WrongInput(ValueError):
+    """Input that is refused: "`field`: expected ..., got ...".
+
+    Attributes
+    ----------
+    field : what is wrong, by the name that the caller knows; who reads it from a file may know it by another.
+    rest : what was expected and what came.
+    """
+
+    def __init__(self, field: str, rest: str):
+        super().__init__(field, rest)  # both, so that it can be sent to another process
+        self.field, self.rest = field, rest
+
+    def __str__(self) -> str:
+        return f"{self.field}: {self.rest}"
+
+
 def check_type(field: str, value: object, kind: type | tuple[type, ...], what: str) -> None:
-    """Raise ValueError '`field`: expected `what`, got ...' unless a value is of a kind.
+    """Raise :class:`WrongInput` '`field`: expected `what`, got ...' unless a value is of a kind.
 
     >>> check_type("ends", 15.0, Ends, "Ends such as Ends(15.0)")
-    ValueError: ends: expected Ends such as Ends(15.0), got 15.0
+    WrongInput: ends: expected Ends such as Ends(15.0), got 15.0
     """
     kinds = kind if isinstance(kind, tuple) else (kind,)
     if isinstance(value, bool) and not (bool in kinds or object in kinds):
         kinds = ()  # True is no number, though Python says so
     if not isinstance(value, kinds):
-        raise ValueError(f"{field}: expected {what}, got {shown(value)}")
+        raise WrongInput(field, f"expected {what}, got {shown(value)}")
 
 
 def check_flag(field: str, value: object) -> None:
@@ -36,13 +53,13 @@ def check_flag(field: str, value: object) -> None:
 def check_function(field: str, value: object) -> None:
     """As :func:`check_type`, for what is called."""
     if not callable(value):
-        raise ValueError(f"{field}: expected a function, got {shown(value)}")
+        raise WrongInput(field, f"expected a function, got {shown(value)}")
 
 
 def check_each(field: str, values: object, kind: type | tuple[type, ...], what: str) -> None:
     """As :func:`check_type`, for a sequence in which every value is of a kind."""
     if isinstance(values, str | bytes) or not isinstance(values, Iterable):
-        raise ValueError(f"{field}: expected {what}, got {shown(values)}")
+        raise WrongInput(field, f"expected {what}, got {shown(values)}")
     for value in values if isinstance(values, Sequence) else ():  # an iterator would be used up
         check_type(field, value, kind, what)
 
@@ -50,7 +67,7 @@ def check_each(field: str, values: object, kind: type | tuple[type, ...], what: 
 def as_names(field: str, values: object, what: str) -> list[str]:
     """As :func:`check_each`, for names in anything but an iterator, which would be used up; the names."""
     if isinstance(values, str | bytes) or not isinstance(values, Collection):
-        raise ValueError(f"{field}: expected {what}, got {shown(values)}")
+        raise WrongInput(field, f"expected {what}, got {shown(values)}")
     for name in values:
         check_type(field, name, str, what)
     return list(values)
@@ -61,7 +78,7 @@ def check_distinct(field: str, values: object, what: str) -> None:
     names = as_names(field, values, what)
     for name in names:
         if names.count(name) > 1:
-            raise ValueError(f"{field}: expected {what}, each once, got '{name}' twice")
+            raise WrongInput(field, f"expected {what}, each once, got '{name}' twice")
 
 
 def check_fields(owner: object, *names: str) -> None:
@@ -77,7 +94,7 @@ def check_number(field: str, value: object, low: float, high: float, what: str) 
     except (TypeError, ValueError, OverflowError):
         number = math.nan
     if not (math.isfinite(number) and low <= number <= high):
-        raise ValueError(f"{field}: expected {what}, got {repr(value) if isinstance(value, str) else value}")
+        raise WrongInput(field, f"expected {what}, got {repr(value) if isinstance(value, str) else value}")
     return number
 
 
@@ -85,7 +102,7 @@ def check_whole(field: str, value: object, low: int, what: str) -> int:
     """A whole number of at least `low`, or a ValueError that names the field, what was expected and what came."""
     number = check_number(field, value, low, math.inf, what)
     if number != int(number):
-        raise ValueError(f"{field}: expected {what}, got {value}")
+        raise WrongInput(field, f"expected {what}, got {value}")
     return int(number)
 
 
@@ -97,7 +114,7 @@ def check_between(field: str, value: object, low: float, high: float, what: str)
 def check_has(field: str, value: object, attributes: Iterable[str], what: str) -> None:
     """As :func:`check_type`, for any object with some attributes: figures read results of layers above them."""
     if any(not hasattr(value, name) for name in attributes):
-        raise ValueError(f"{field}: expected {what}, got {shown(value)}")
+        raise WrongInput(field, f"expected {what}, got {shown(value)}")
 
 
 def as_finite(field: str, name: str, value: object) -> float:
@@ -107,7 +124,7 @@ def as_finite(field: str, name: str, value: object) -> float:
     except (TypeError, ValueError, OverflowError):
         number = math.nan
     if not math.isfinite(number):
-        raise ValueError(f"{field}: expected a finite number for '{name}', got {shown(value)}")
+        raise WrongInput(field, f"expected a finite number for '{name}', got {shown(value)}")
     return number
 
 
@@ -116,7 +133,7 @@ def as_array(field: str, value: object) -> np.ndarray:
     try:
         return np.asarray(value, dtype=np.float64)
     except (TypeError, ValueError):
-        raise ValueError(f"{field}: expected an array of numbers, got {shown(value)}") from None
+        raise WrongInput(field, f"expected an array of numbers, got {shown(value)}") from None
 
 
 def shown(value: object) -> str:

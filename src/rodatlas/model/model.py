@@ -8,7 +8,7 @@ from functools import cached_property
 from typing import TYPE_CHECKING, Any, NamedTuple, Protocol
 
 from rodatlas.continuation import BVP, Branch, Solution
-from rodatlas.continuation.checks import check_type
+from rodatlas.continuation.checks import WrongInput, check_type
 from rodatlas.files import exact
 from rodatlas.model.control import Control
 from rodatlas.model.quantity import Invariant, Quantity
@@ -117,7 +117,7 @@ class Model:
         for field, kind in (("controls", Control), ("quantities", Quantity), ("sources", Source)):
             values = getattr(self, field)
             if not values:
-                raise ValueError(f"{field}: expected at least one {kind.__name__}, got none")
+                raise WrongInput(field, f"expected at least one {kind.__name__}, got none")
             for value in values:
                 check_type(field, value, kind, f"{kind.__name__} objects")
 
@@ -153,14 +153,14 @@ class Model:
         """A control by name; ValueError lists them."""
         known = {c.name: c for c in self.controls}
         if name not in known:
-            raise ValueError(f"{field}: expected one of {', '.join(known)}, got '{name}'")
+            raise WrongInput(field, f"expected one of {', '.join(known)}, got '{name}'")
         return known[name]
 
     def quantity(self, name: str, field: str = "against") -> Quantity:
         """A quantity by name; ValueError lists them."""
         known = {q.name: q for q in self.quantities}
         if name not in known:
-            raise ValueError(f"{field}: expected one of {', '.join(known)}, got '{name}'")
+            raise WrongInput(field, f"expected one of {', '.join(known)}, got '{name}'")
         return known[name]
 
     @property

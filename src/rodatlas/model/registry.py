@@ -11,7 +11,7 @@ from functools import wraps
 from importlib import import_module
 from importlib.metadata import entry_points
 
-from rodatlas.continuation.checks import check_function, check_type
+from rodatlas.continuation.checks import WrongInput, check_function, check_type
 from rodatlas.model.model import Model
 
 GROUP = "rodatlas.models"
@@ -65,12 +65,12 @@ def model_named(name: str, place: str = "") -> Model:
         offered = {point.name: point.value for point in entry_points(group=GROUP)} | BUILT_IN
         where = offered.get(name) or place
         if not where:
-            raise ValueError(f"model: expected one of {', '.join(offered)}, got '{name}' (register makes one known)")
+            raise WrongInput("model", f"expected one of {', '.join(offered)}, got '{name}' (register makes one known)")
         module, _, attribute = where.partition(":")
         try:
             _KNOWN[name] = getattr(import_module(module), attribute)()
         except (ImportError, AttributeError) as error:
-            raise ValueError(f"model: expected one that can be made, got '{name}' of {where} ({error})") from None
+            raise WrongInput("model", f"expected one that can be made, got '{name}' of {where} ({error})") from None
         _PLACES[name] = where
     return _KNOWN[name]
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
+from rodatlas.continuation.checks import WrongInput
 from rodatlas.continuation.checks import check_between as check_between
 from rodatlas.continuation.checks import check_number as check_number
 from rodatlas.continuation.checks import check_whole as check_whole
@@ -48,7 +49,7 @@ def ratio_from_text(text: str, field: str = "width") -> float:
     try:
         value = number_from_text(top) / (number_from_text(bottom) if bar else 1.0)
     except (ValueError, ZeroDivisionError):
-        raise ValueError(f"{field}: expected {what}, got '{text}'") from None
+        raise WrongInput(field, f"expected {what}, got '{text}'") from None
     return check_number(field, value, THINNEST, WIDEST, what)
 
 
@@ -94,7 +95,7 @@ class Band:
             length, width, thickness = (number_from_text(part) for part in parts)
         except ValueError:
             what = "LENGTHxWIDTHxTHICKNESS in mm such as 240x3x0.127"
-            raise ValueError(f"{field}: expected {what}, got '{text}'") from None
+            raise WrongInput(field, f"expected {what}, got '{text}'") from None
         return cls(length, width, thickness, poisson)
 
     @property

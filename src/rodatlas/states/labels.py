@@ -13,6 +13,7 @@ from collections.abc import Sequence
 from typing import NamedTuple, TypeVar
 
 from rodatlas.continuation import Solution
+from rodatlas.continuation.checks import WrongInput
 from rodatlas.model.registry import model_named
 
 SAME_ENERGY = 1e-7  # relative difference below which two energies are one up to the tolerance of solutions
@@ -58,7 +59,7 @@ def parse_label(text: str, names: Sequence[str] | None = None) -> Wanted:
         pair = name.endswith("+-")
         if numbered and bare == name.removesuffix("+-") and sign in (("", "+", "-", "+-") if pair else ("",)):
             return Wanted(name, ("-" if sign == "-" else "+") if pair else "", int(number) if separator else None)
-    raise ValueError(f"state: expected one of {known_names(names)}, got '{text}'")
+    raise WrongInput("state", f"expected one of {known_names(names)}, got '{text}'")
 
 
 def names_of_band() -> tuple[str, ...]:
@@ -120,9 +121,9 @@ def chosen(wanted: Wanted, found: Sequence[tuple[T, str]]) -> T | None:
     if wanted.number is not None and wanted.number <= len(found):
         return found[wanted.number - 1][0]
     if len(found) == 1:
-        raise ValueError(f"state: expected {wanted.member} without a number, there is one, got '{wanted.label}'")
+        raise WrongInput("state", f"expected {wanted.member} without a number, there is one, got '{wanted.label}'")
     known = ", ".join(f"{wanted.member}{SEPARATOR}{i} ({text})" for i, (_, text) in enumerate(found, 1))
-    raise ValueError(f"state: expected one of {known}, got '{wanted.label}'")
+    raise WrongInput("state", f"expected one of {known}, got '{wanted.label}'")
 
 
 def look(solution: Solution) -> str:

@@ -11,7 +11,8 @@ from pathlib import Path
 import numpy as np
 
 from rodatlas import __version__
-from rodatlas.atlas import FolderCache
+from rodatlas.atlas.cache import BRANCH, FolderCache
+from rodatlas.atlas.results import ResultKind
 from rodatlas.atlas.study.kinds import Kind
 from rodatlas.atlas.study.kinds.base import nothing_required
 from rodatlas.atlas.study.task import task_of
@@ -50,15 +51,15 @@ def _compute(settings, work):
     branches = []
     for part in range(BRANCHES):
         work.progress(f"branch {part}", part, BRANCHES - part)
-        branch = cache.get(f"b{part}")
+        branch = cache.get(f"b{part}", BRANCH)
         if branch is None:
             log(work.folder, f"{work.stem}/b{part}.h5")
             time.sleep(settings.pause)
             branch = bratu(2.0 + 0.1 * settings.number + part)
-            cache.put(f"b{part}", branch)
+            cache.put(f"b{part}", branch, BRANCH)
         branches.append(branch)
     log(work.folder, f"{work.stem}.h5")
-    with atomic_hdf5(work.path, CHEAP.schema) as file:
+    with atomic_hdf5(work.path, CHEAP.result.schema) as file:
         import json
 
         file.attrs["identity"] = json.dumps(settings.identity())
@@ -105,9 +106,12 @@ def _contents(file):
     return f"{len(file['branches'])} branches"
 
 
-CHEAP = Kind(
-    "cheap", "cheap", "rodatlas/test", CheapSettings, CheapSettings, _stem, nothing_required, _compute, _contents
-)  # fmt: skip
+def _refused(*_):
+    raise NotImplementedError("nobody opens these files, nor makes tables of them")
+
+
+RESULT = ResultKind("cheap", "rodatlas/test", object, _refused, _contents, _refused)
+CHEAP = Kind(RESULT, "cheap", CheapSettings, CheapSettings, _stem, nothing_required, _compute)
 
 
 def cheap(number, pause=0.0, trouble=""):

@@ -102,13 +102,13 @@ def test_a_damaged_branch_of_an_unfinished_task_is_computed_again(tmp_path, thre
     reference = content(tmp_path / task.file)
     (tmp_path / task.file).unlink()
     # as a kill would leave it: two branches finished, one of them cut by a dying disk, and a file half written
-    from rodatlas.atlas import FolderCache
+    from rodatlas.atlas.cache import BRANCH, FolderCache
 
     cache = FolderCache(folder, task.settings)
     from cheap import bratu
 
     for part in (0, 1):
-        cache.put(f"b{part}", bratu(2.0 + part))
+        cache.put(f"b{part}", bratu(2.0 + part), BRANCH)
     (folder / "b1.h5").write_bytes((folder / "b1.h5").read_bytes()[:3000])
     (folder / ".b2.h5.0123456789ab.partial").write_bytes(b"half")
     notes, lines = [], journal(tmp_path)

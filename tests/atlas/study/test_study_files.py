@@ -9,8 +9,9 @@ import pytest
 
 from rodatlas.atlas.study import StatesSettings, Study
 from rodatlas.atlas.study.cluster_settings import ClusterSettings
+from rodatlas.atlas.study.kinds import KINDS
 from rodatlas.atlas.study.studyfile import parse_study
-from rodatlas.paper.model import band_loci, band_slice
+from rodatlas.paper.model import band, band_loci, band_slice
 
 EXAMPLES = sorted((Path(__file__).parents[3] / "examples/studies").glob("*.toml"))
 
@@ -34,13 +35,13 @@ def test_lists_and_grids_are_combined(read):
     assert study.name == "study"
     settings = [t.settings for t in study.tasks]
     assert len(settings) == 3 * 5 + 4 + 2
-    places = {(s.setting['angle'], s.setting['compression']) for s in settings[:15]}
+    places = {(s.setting["angle"], s.setting["compression"]) for s in settings[:15]}
     assert places == {(a, c) for a in (0.0, 15.0, 30.0) for c in (0.3, 0.4, 0.5, 0.6, 0.7)}  # no 0.6000000000000001
     default = next(s for s in settings[:15] if s == band_slice(15.0))
     assert (default.high, default.low) == (0.82, -0.05)
-    shorter = next(s for s in settings[:15] if s.setting['compression'] == 0.3)
+    shorter = next(s for s in settings[:15] if s.setting["compression"] == 0.3)
     assert shorter.high == pytest.approx(0.82 * (1 - 0.7**2) ** 0.5 / 0.75**0.5)  # of the limiting shear
-    assert [s.setting['poisson'] for s in settings[15:19]] == [0.0, 0.1, 0.2, 0.3]
+    assert [s.setting["poisson"] for s in settings[15:19]] == [0.0, 0.1, 0.2, 0.3]
     assert settings[19:] == [
         StatesSettings(30.0, 0.625, classes=c, stable_only=True) for c in ("+", "-")
     ]  # fmt: skip
@@ -61,6 +62,48 @@ def test_a_cluster_is_read(read):
     )
     wanted = ClusterSettings("slurm", 3, 8, "16GB", "1-12:00:00", "long", directives=("--exclusive",))
     assert (study.retries, study.cluster) == (4, wanted)
+
+
+@pytest.mark.parametrize(
+    ("field", "value", "what"),
+    [
+        ("kind", "pbs", "'slurm', got 'pbs'"), ("jobs", 0, "a whole number from 1 to 10000, got 0"),
+        ("cores", 2000, "a whole number from 1 to 1024, got 2000"),
+        ("walltime", "long", "a time such as 01:00:00, got 'long'"),
+        ("walltime", "01:00:00\n", "a time such as 01:00:00, got '01:00:00"),
+    ],
+)  # fmt: skip
+def test_settings_of_a_cluster_are_checked_wherever_they_come_from(field, value, what):
+    """In Python and in a file: by the same code, so in the same words."""
+    wrong = {"kind": "slurm", field: value}
+    with pytest.raises(ValueError, match=rf"^{field}: expected ") as told:
+        ClusterSettings(**wrong)
+    with pytest.raises(ValueError, match=r"^study: cluster\.") as read:
+        parse_study({"slices": [{"angle": 15}], "cluster": wrong})
+    assert str(told.value).startswith(f"{field}: expected {what}")
+    assert str(read.value) == f"study: cluster.{told.value}"
+
+
+def test_a_cluster_has_the_names_of_its_settings():
+    with pytest.raises(
+        ValueError, match=r"^study: cluster\.nodes: expected one of kind, jobs, .*, scratch, got another"
+    ):
+        parse_study({"slices": [{"angle": 15}], "cluster": {"kind": "slurm", "nodes": 2}})
+    with pytest.raises(ValueError, match=r"^study: cluster\.kind: expected a value, got none$"):
+        parse_study({"slices": [{"angle": 15}], "cluster": {}})
+    with pytest.raises(ValueError, match=r"^study: cluster\.jobs: expected a whole number, got True$"):
+        parse_study({"slices": [{"angle": 15}], "cluster": {"kind": "slurm", "jobs": True}})
+
+
+@pytest.mark.parametrize(
+    ("section", "name"),
+    [(kind.section, name) for kind in KINDS for name, (plain, _) in kind.parameters(band()).items() if plain is float],
+)
+def test_an_error_names_the_value_that_is_wrong(section, name):
+    """By its name in the file, for every number of every kind of table."""
+    table = {"angle": 15.0, "shear": 0.1} if section == "states" else {"angle": 15.0} if section == "slices" else {}
+    with pytest.raises(ValueError, match=rf"^study: {section}\[0\]\.{name}: expected"):
+        parse_study({section: [table | {name: -1e9}]})
 
 
 @pytest.mark.parametrize(

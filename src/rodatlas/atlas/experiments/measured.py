@@ -11,6 +11,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TypeVar
 
+from rodatlas.continuation.checks import WrongInput
 from rodatlas.rods.band import WIDEST, Band, check_between, limiting_shear, number_from_text, ratio_from_text
 from rodatlas.states.labels import known_names, parse_label
 
@@ -119,8 +120,8 @@ def family_of(state: str) -> str | None:
     try:
         return parse_label(re.sub(r"[12](?=[+-]*$)", "", state)).name
     except ValueError:
-        known = f"state: expected one of {known_names()}, or U1, U2, wi .. of wide bands"
-        raise ValueError(f"{known}, got '{state}'") from None
+        known = f"{known_names()}, or U1, U2, wi .. of wide bands"
+        raise WrongInput("state", f"expected one of {known}, got '{state}'") from None
 
 
 @dataclass(frozen=True)
@@ -132,15 +133,16 @@ class _Row:
 
     def read(self, column: str, convert: Callable[[str], T], default: T | None = None) -> T:
         """A field converted; ValueError that names the column when it is empty without a default, or wrong."""
-        try:
-            if column in self.cells:
-                return convert(self.cells[column])
+        place = f"{self.place}, column {column}"
+        if column not in self.cells:
             if default is None:
-                raise ValueError("expected a value, got none")
+                raise WrongInput(place, "expected a value, got none")
+            return default
+        try:
+            return convert(self.cells[column])
         except ValueError as error:
-            message = re.sub(r"^[\w -]*: (?=expected)", "", str(error))  # the field is named by line and column
-            raise ValueError(f"{self.place}, column {column}: {message}") from None
-        return default
+            rest = error.rest if isinstance(error, WrongInput) else str(error)  # the field is known by line and column
+            raise WrongInput(place, rest) from None
 
 
 def _fields(place: str, line: str) -> list[str]:
@@ -189,20 +191,20 @@ def _measurement(row: _Row, default: Band | None) -> Measurement:
     )  # fmt: skip
 
 
-def _number(text: str) -> float:
+def _number(text: str, field: str = "shear") -> float:
     try:
         value = number_from_text(text)
     except ValueError:
         value = math.nan
     if not math.isfinite(value):
-        raise ValueError(f"expected a number, got '{text}'")
+        raise WrongInput(field, f"expected a number, got '{text}'")
     return value
 
 
 def _error(text: str) -> float:
-    value = _number(text)
+    value = _number(text, "error")
     if value < 0:
-        raise ValueError(f"expected a number of at least 0, got {text}")
+        raise WrongInput("error", f"expected a number of at least 0, got {text}")
     return value
 
 
@@ -210,7 +212,7 @@ def _unit(text: str) -> str:
     for unit in UNITS:
         if text.lower() == unit.lower():
             return unit
-    raise ValueError(f"expected one of {', '.join(UNITS)}, got '{text}'")
+    raise WrongInput("unit", f"expected one of {', '.join(UNITS)}, got '{text}'")
 
 
 def _aspect(text: str, band: Band | None) -> float:
@@ -218,8 +220,8 @@ def _aspect(text: str, band: Band | None) -> float:
     if not text.endswith("mm"):
         return ratio_from_text(text)
     if band is None:
-        raise ValueError(f"expected the width over the length where no band is named, got '{text}'")
-    ratio = _number(text.removesuffix("mm")) / band.length
+        raise WrongInput("width", f"expected the width over the length where no band is named, got '{text}'")
+    ratio = _number(text.removesuffix("mm"), "width") / band.length
     return check_between("width", ratio, 0.0, WIDEST, f"a positive width up to {WIDEST * band.length:g} mm")
 
 

@@ -8,7 +8,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import replace
 from functools import partial
 
-from rodatlas.atlas.loci.cache import LocusCache
+from rodatlas.atlas.cache import LOCUS, Cache, MemoryCache
 from rodatlas.atlas.loci.partners import next_partner, place_of, with_sources
 from rodatlas.atlas.loci.result import Loci
 from rodatlas.atlas.loci.settings import LociSettings
@@ -35,7 +35,7 @@ Roles = dict[int, frozenset[tuple[str, str]]]
 @tells("loci")
 def compute_loci(
     settings: LociSettings, slice_of: Callable[[float], Slice], numbers: Sequence[int] = (),
-    progress: Progress | None = None, cache: LocusCache | None = None,
+    progress: Progress | None = None, cache: Cache | None = None,
 ) -> Loci:  # fmt: skip
     """Follow the bifurcations of some slices, and what meets them, in a plane of two controls.
 
@@ -53,7 +53,7 @@ def compute_loci(
     check_each("numbers", numbers, int, "a sequence of whole numbers")
     settings.check_numbers(numbers)
     start = time.perf_counter()
-    work = _Work(settings, LocusCache() if cache is None else cache, progress)
+    work = _Work(settings, MemoryCache() if cache is None else cache, progress)
     tables = settings.tables
     slices: list[Slice] = []
     wanted = set(numbers or tables.known)
@@ -186,7 +186,7 @@ def _resolved(
 class _Work:
     """Curves followed so far, their stretches, and warnings."""
 
-    def __init__(self, settings: LociSettings, cache: LocusCache, progress: Progress | None):
+    def __init__(self, settings: LociSettings, cache: Cache, progress: Progress | None):
         self.curves: list[Locus] = []
         self._ranks: list[tuple[bool, float, int]] = []  # of the curves: born ones last, by place and number
         self.parts: list[Stretch] = []
@@ -220,7 +220,7 @@ class _Work:
         """Follow the curve of a bifurcation and cut it; False when that fails, with a warning."""
         if self._progress is not None:
             self._progress(f"locus {key}{why}", len(self.curves), 0)
-        curve = self._cache.get(f"locus-{key}")
+        curve = self._cache.get(f"locus-{key}", LOCUS)
         if curve is None:
             follow = partial(follow_locus, self._settings.model.problem, event.special, self._settings.free)
             try:
@@ -228,7 +228,7 @@ class _Work:
             except NotConverged as error:
                 self.warnings.append(f"locus {key}: {error}")
                 return False
-            self._cache.put(f"locus-{key}", curve)
+            self._cache.put(f"locus-{key}", curve, LOCUS)
         self.curves.append(curve)
         self._ranks.append((False, self._settings.second_value(event.special.solution), event.number or 0))
         self.parts += stretches(curve, len(self.curves) - 1, self._settings)
@@ -267,14 +267,14 @@ class _Work:
                 continue
             if any(p.number == number for p in self.parts):
                 continue
-            curve = self._cache.get(f"born-{number}")
+            curve = self._cache.get(f"born-{number}", LOCUS)
             if curve is None:
                 follow = partial(fold_locus_at, self._settings.model.problem, self.curves[part.curve], born[0])
                 first = follow(self._options)
                 if first is None:
                     continue
                 curve = _resolved(follow, self._options, first)
-                self._cache.put(f"born-{number}", curve)
+                self._cache.put(f"born-{number}", curve, LOCUS)
             self.curves.append(curve)
             self._ranks.append((True, 0.0, number))
             found = stretches(curve, len(self.curves) - 1, self._settings)

@@ -6,7 +6,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from rodatlas.atlas.loci.cache import LocusFolder
+from rodatlas.atlas.cache import FolderCache
 from rodatlas.atlas.loci.compute import compute_loci
 from rodatlas.atlas.loci.result import Loci
 from rodatlas.atlas.loci.settings import LociSettings
@@ -64,7 +64,7 @@ def obtain_loci(
             name = None if slice_stem is None else slice_stem(at)
             return obtain_slice(at, folder, progress, fresh=fresh, say=say, stem=name)
 
-        cache = LocusFolder(folder / data.stem, wanted, fresh, say)
+        cache = FolderCache(folder / data.stem, wanted, fresh, say)
         if len(cache):
             say(f"resuming: {len(cache)} finished loci in {cache.folder}")
         try:

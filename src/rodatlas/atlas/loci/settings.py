@@ -15,7 +15,7 @@ from rodatlas.atlas.slices.settings import CODE as SLICES
 from rodatlas.atlas.slices.settings import SliceSettings
 from rodatlas.atlas.slices.states.names import SeenNames
 from rodatlas.continuation import LocusEvent, LocusPoint, Solution
-from rodatlas.continuation.checks import check_number, check_type
+from rodatlas.continuation.checks import WrongInput, check_number, check_type
 from rodatlas.files import exact
 from rodatlas.files.code import code_hash
 from rodatlas.model import Control, Model, Nomenclature, Setting, model_named
@@ -55,13 +55,24 @@ class PlaneSettings:
     def __post_init__(self) -> None:
         check_type("model", self.model, Model, "a Model, see rodatlas.model")
         if self.model.control(self.along).parameter == self.second_control.parameter:
-            raise ValueError(f"second: expected another control than {self.along}, got {self.second}")
+            raise WrongInput("second", f"expected another control than {self.along}, got {self.second}")
         low, high, what = self.second_control.limits({**self.setting, self.along: self.low})
         inside = math.nextafter(low, high), math.nextafter(high, low)
         check_number(f"{self.second}-min", self.second_low, *inside, what)
         more = f"{what}, above {self.second_low:g}, the least {self.second}"
         check_number(f"{self.second}-max", self.second_high, math.nextafter(self.second_low, high), inside[1], more)
+        self._check_range()
         self.slice_at(self.anchor)  # checks the others
+
+    def _check_range(self) -> None:
+        """Raise ValueError for a range along slices that is empty, or beyond what is possible anywhere in the plane."""
+        places = (self.second_control.default, self.second_low, self.second_high)
+        there = [self.along_control.limits({**self.setting, self.second: second}) for second in places]
+        low, high, what = max(there, key=lambda limits: limits.high - limits.low)
+        inside = math.nextafter(low, high), math.nextafter(high, low)
+        check_number(f"{self.along}-max", self.high, *inside, what)
+        below = f"{what}, below {self.high:g}, the largest {self.along}"
+        check_number(f"{self.along}-min", self.low, inside[0], math.nextafter(self.high, low), below)
 
     @classmethod
     def of(
@@ -275,9 +286,10 @@ class LociSettings(PlaneSettings):
         super().__post_init__()
         if not any(self.second_low <= start <= self.second_high for start in self.starts):
             places = ", ".join(f"{start:g}" for start in self.starts)
-            raise ValueError(
-                f"{self.second}-max: expected a range of {self.second} that holds one of {places}, at whose slices "
-                f"bifurcations are looked for, got {self.second_low:g} to {self.second_high:g}"
+            raise WrongInput(
+                f"{self.second}-max",
+                f"expected a range of {self.second} that holds one of {places}, at whose slices "
+                f"bifurcations are looked for, got {self.second_low:g} to {self.second_high:g}",
             )
 
     def identity(self) -> dict[str, object]:
@@ -294,9 +306,9 @@ class LociSettings(PlaneSettings):
         known = self.tables.known
         for number in numbers:
             if known and number not in known:
-                raise ValueError(f"number: expected one of {known[0]} to {known[-1]}, got {number}")
+                raise WrongInput("number", f"expected one of {known[0]} to {known[-1]}, got {number}")
             if number < (min(known) if known else 1):
-                raise ValueError(f"number: expected a positive whole number, got {number}")
+                raise WrongInput("number", f"expected a positive whole number, got {number}")
 
     def stem(self, numbers: Sequence[int] = ()) -> str:
         """Name of the files of loci: which, unless all, and what differs from the defaults."""

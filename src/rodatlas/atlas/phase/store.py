@@ -16,7 +16,7 @@ from rodatlas.atlas.phase.lines import Line
 from rodatlas.atlas.phase.regions import Face
 from rodatlas.atlas.phase.result import Interval, PhaseDiagram
 from rodatlas.atlas.phase.settings import PhaseSettings
-from rodatlas.continuation.store.hdf5 import atomic_hdf5, checked_hdf5
+from rodatlas.continuation.store.hdf5 import atomic_hdf5, checked_hdf5, get_array, put_array
 
 if TYPE_CHECKING:
     import h5py
@@ -35,13 +35,13 @@ def save_phase(path: str | os.PathLike[str], diagram: PhaseDiagram) -> None:
         file.attrs["warnings"] = json.dumps(diagram.warnings)
         file.attrs["seconds"] = diagram.seconds
         for i, line in enumerate(diagram.lines):
-            data = file.create_dataset(f"lines/{i}", data=line.points)
-            data.attrs["record"] = json.dumps({"label": line.label, "kind": line.kind})
+            put_array(file, f"lines/{i}", line.points)
+            file[f"lines/{i}"].attrs["record"] = json.dumps({"label": line.label, "kind": line.kind})
         for i, face in enumerate(diagram.faces):
             group = file.create_group(f"faces/{i}")
             group.attrs["record"] = json.dumps({"states": face.states, "samples": face.samples})
             for k, ring in enumerate(face.rings):
-                group.create_dataset(f"ring{k}", data=ring)
+                put_array(group, f"ring{k}", ring)
 
 
 def load_phase(path: str | os.PathLike[str]) -> PhaseDiagram:
@@ -59,12 +59,12 @@ def read_phase(file: h5py.File) -> PhaseDiagram:
     lines = []
     for i in range(len(file["lines"])):
         record = json.loads(file[f"lines/{i}"].attrs["record"])
-        lines.append(Line(record["label"], record["kind"], np.array(file[f"lines/{i}"])))
+        lines.append(Line(record["label"], record["kind"], _places(file, f"lines/{i}")))
     faces = []
     for i in range(len(file["faces"])):
         group = file[f"faces/{i}"]
         record = json.loads(group.attrs["record"])
-        rings = tuple(np.array(group[f"ring{k}"]) for k in range(len(group)))
+        rings = tuple(_places(group, f"ring{k}") for k in range(max(1, len(group))))
         states = None if record["states"] is None else tuple(record["states"])
         faces.append(Face(rings, states, tuple((a, d) for a, d in record["samples"])))
     events = [PlaneEvent(**e | {k: tuple(e[k]) for k in ("ending", "passing")}) for e in table("events")]
@@ -73,3 +73,11 @@ def read_phase(file: h5py.File) -> PhaseDiagram:
         tuple(Interval(**i) for i in table("edge")), tuple(events), tuple(table("places")), tuple(table("completed")),
         tuple(table("warnings")), float(file.attrs["seconds"]),
     )  # fmt: skip
+
+
+def _places(group: h5py.Group, name: str) -> np.ndarray:
+    """An array (n, 2) of finite numbers; KeyError or ValueError for anything else."""
+    found = get_array(group, name, (None, 2))
+    if not np.isfinite(found).all():
+        raise ValueError(f"{group.name}/{name} holds what is no finite number")
+    return found

@@ -5,7 +5,7 @@ from __future__ import annotations
 import time
 from dataclasses import replace
 
-from rodatlas.atlas.slices.branches.cache import BranchCache
+from rodatlas.atlas.cache import Cache
 from rodatlas.atlas.slices.branches.follow import Followed, Frontier, Reference, follow_slice
 from rodatlas.atlas.slices.result import Event, Slice, SliceBranch, State, StateEnd
 from rodatlas.atlas.slices.settings import SliceSettings
@@ -25,7 +25,7 @@ from rodatlas.progress import Progress, tells
 
 @tells("slice")
 def compute_slice(
-    settings: SliceSettings, cache: BranchCache | None = None, progress: Progress | None = None, carry: bool = True,
+    settings: SliceSettings, cache: Cache | None = None, progress: Progress | None = None, carry: bool = True,
     reference: Reference | None = None,
 ) -> Slice:  # fmt: skip
     """Follow all branches of a slice, name the stable states and number the bifurcations.

@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 from pathlib import Path
 
-from rodatlas.atlas.slices.branches.cache import FolderCache
+from rodatlas.atlas.cache import FolderCache
 from rodatlas.atlas.slices.branches.follow import Reference, carried_from
 from rodatlas.atlas.slices.compute import compute_slice
 from rodatlas.atlas.slices.result import Slice

@@ -6,7 +6,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import NamedTuple
 
-from rodatlas.atlas.slices.branches.cache import BranchCache, MemoryCache
+from rodatlas.atlas.cache import Cache, MemoryCache
 from rodatlas.atlas.slices.compute import compute_slice
 from rodatlas.atlas.slices.obtain import related_slices, stored_slice
 from rodatlas.atlas.slices.result import Slice
@@ -31,7 +31,7 @@ class Reached(NamedTuple):
 
 @tells("state")
 def reach(
-    settings: SliceSettings, name: str, value: float, cache: BranchCache | None = None,
+    settings: SliceSettings, name: str, value: float, cache: Cache | None = None,
     progress: Progress | None = None, folder: Path | None = None,
 ) -> Reached:  # fmt: skip
     """The stable state of a name at a value of what varies along a slice.
@@ -125,7 +125,7 @@ def _ranges(found: Slice, name: str) -> str:
 
 
 def _computed(
-    settings: SliceSettings, wanted: Wanted, value: float, cache: BranchCache | None, progress: Progress | None
+    settings: SliceSettings, wanted: Wanted, value: float, cache: Cache | None, progress: Progress | None
 ) -> Reached:
     """The state of a slice that is computed for it."""
     covering = replace(settings, low=min(settings.low, value), high=max(settings.high, value))

@@ -9,7 +9,7 @@ from typing import Any
 
 from rodatlas import __version__
 from rodatlas.continuation import Solution
-from rodatlas.continuation.checks import check_number, check_type, check_whole
+from rodatlas.continuation.checks import WrongInput, check_number, check_type, check_whole
 from rodatlas.files import exact
 from rodatlas.files.code import code_hash
 from rodatlas.model import Control, Model, Setting, View, model_named
@@ -88,13 +88,14 @@ class SliceSettings:
         control = model.control(held[-1].name if along is None else along, "along")
         varying = model.holder(control.name).name
         if taken := {control.name, varying} & {name.replace("_", "-") for name in values}:
-            raise ValueError(f"{min(taken)}: expected none, since the slice goes along {control.name}, got one")
+            raise WrongInput(min(taken), f"expected none, since the slice goes along {control.name}, got one")
         beside = {} if high is None or control.name != varying else {varying: high}  # others may need it to be large
-        if beside:
-            least, most, what = control.limits({c.name: values.get(c.name, c.default) for c in held})
-            inside = math.nextafter(least, most), math.nextafter(most, least)
-            check_number(f"{varying}-max", high, *inside, what)
-        setting = model.setting(**values, **beside).without(varying)
+        try:
+            setting = model.setting(**values, **beside).without(varying)
+        except WrongInput as error:
+            if beside and error.field == varying:  # by the name by which it was given
+                raise WrongInput(f"{varying}-max", error.rest) from None
+            raise
         usual = control.usual(setting) if control.usual is not None else (math.nan, math.nan)
         low, high = (use if given is None else given for given, use in zip((low, high), usual, strict=True))
         return cls(model, setting, control.name, low, high, model.quantities[0].name)

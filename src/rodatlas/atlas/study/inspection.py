@@ -7,6 +7,7 @@ from dataclasses import dataclass, field, fields
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from rodatlas.atlas.results import with_schema
 from rodatlas.atlas.study.integrity import read_everything
 from rodatlas.atlas.study.kinds import KINDS
 from rodatlas.atlas.unfinished import settings_in
@@ -14,8 +15,6 @@ from rodatlas.continuation.store.hdf5 import DAMAGE
 
 if TYPE_CHECKING:
     import h5py
-
-OTHERS = {"rodatlas/solution": "solution", "rodatlas/branch": "branch", "rodatlas/locus": "locus"}
 
 
 @dataclass(frozen=True)
@@ -73,18 +72,13 @@ def inspect_file(path: Path, thorough: bool = False) -> Entry:
 
 def _entry(name: str, file: h5py.File, size: int, mtime_ns: int) -> Entry:
     schema = str(file.attrs.get("schema", "other HDF5"))
-    kind = next((k for k in KINDS if k.schema == schema), None)
-    contents = kind.contents(file) if kind is not None else _points(file)
+    kind = with_schema(schema)
+    contents = kind.contents(file) if kind is not None else ""
     warnings = len(json.loads(file.attrs["warnings"])) if "warnings" in file.attrs else None
     seconds = float(file.attrs["seconds"]) if "seconds" in file.attrs else None
-    called = kind.name if kind is not None else OTHERS.get(schema, schema)
+    called = kind.word if kind is not None else schema
     settings = json.loads(file.attrs.get("identity", "{}"))
     return Entry(name, called, "complete", settings, contents, warnings, seconds, size, mtime_ns)
-
-
-def _points(file: h5py.File) -> str:
-    offsets = file.get("points/solutions/offsets")
-    return f"{len(offsets) - 1} points" if offsets is not None else ""
 
 
 def inspect_work(folder: Path) -> Entry | None:
@@ -94,8 +88,8 @@ def inspect_work(folder: Path) -> Entry | None:
         return None
     files = [path.stat() for path in folder.glob("*.h5")]
     kind = next((k for k in KINDS if set(settings) >= {f.name for f in fields(k.settings)}), None)
-    what = {"slice": "branches", "loci": "loci"}.get(kind.name, "parts") if kind is not None else "parts"
+    called, parts = ("?", "parts") if kind is None else (kind.name, kind.result.parts)
     return Entry(
-        f"{folder.name}/", kind.name if kind is not None else "?", "partial", settings, f"{len(files)} {what} finished",
+        f"{folder.name}/", called, "partial", settings, f"{len(files)} {parts} finished",
         size=sum(f.st_size for f in files), mtime_ns=max((f.st_mtime_ns for f in files), default=0),
     )  # fmt: skip

@@ -75,7 +75,7 @@ def obtain_slices(
 
 def _is_stored(folder: Path, settings: SliceSettings) -> bool:
     """Whether a folder holds the slice of these settings by this version."""
-    return peek(folder / f"{settings.stem}.h5", SLICE.schema, settings, lambda file: True) is not None
+    return peek(folder / f"{settings.stem}.h5", SLICE.result.schema, settings, lambda file: True) is not None
 
 
 def _compute(

@@ -14,9 +14,10 @@ import itertools
 import re
 import tomllib
 from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import MISSING, fields
 from functools import cache
 from pathlib import Path
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any, get_type_hints
 
 import numpy as np
 from pydantic import (
@@ -39,10 +40,11 @@ from rodatlas.atlas.study.kinds import KINDS, Kind
 from rodatlas.atlas.study.kinds.base import BAND, REQUIRED, Parameter
 from rodatlas.atlas.study.plan import Study
 from rodatlas.atlas.study.task import Task, task_of, with_requirements
+from rodatlas.continuation.checks import WrongInput
 from rodatlas.model import model_named
 
 MOST = 100_000  # tasks of one study, against slips of the pen in grids
-MOST_JOBS, MOST_CORES = 10_000, 1024  # of a cluster, likewise
+_IN_FILES = {"tol": "tolerance", "class": "classes"}  # names that settings and commands have for these
 DIGITS = 12  # to which grid values are rounded, so that 0.3 + 0.1 is 0.4
 
 
@@ -77,22 +79,6 @@ class Grid(_Model):
         """The numbers, rounded to 12 digits after the point."""
         count = self.count if self.count is not None else round((self.to - self.first) / (self.step or 1.0)) + 1
         return [round(float(x), DIGITS) for x in np.linspace(self.first, self.to, count)]
-
-
-class Cluster(_Model):
-    """A `[cluster]` table; see :class:`rodatlas.atlas.study.cluster_settings.ClusterSettings`."""
-
-    kind: Literal["slurm"]
-    jobs: StrictInt = Field(default=1, ge=1, le=MOST_JOBS)
-    cores: StrictInt = Field(default=1, ge=1, le=MOST_CORES)
-    memory: StrictStr = "2GB"
-    walltime: StrictStr = Field(default="01:00:00", pattern=r"^(\d+-)?\d+(:\d\d){0,2}$")
-    queue: StrictStr = ""
-    account: StrictStr = ""
-    interface: StrictStr = ""
-    directives: tuple[StrictStr, ...] = ()
-    prologue: tuple[StrictStr, ...] = ()
-    scratch: StrictStr = ""
 
 
 def read_study(path: Path) -> Study:
@@ -134,12 +120,17 @@ def parse_study(data: Mapping[str, Any], source: str = "study", name: str = "stu
     for kind in KINDS:
         for number, table in enumerate(getattr(model, kind.section)):
             _add_tasks(kind, table, f"{source}: {kind.section}[{number}]", tasks, errors)
+    cluster = None
+    if model.cluster is not None:
+        try:
+            cluster = ClusterSettings(**model.cluster.model_dump())
+        except WrongInput as error:
+            errors[f"{source}: cluster.{error}"] = None
     if errors:
         raise ValueError("; ".join(errors))
     if not tasks:
         sections = ", ".join(f"[[{kind.section}]]" for kind in KINDS)
         raise ValueError(f"{source}: expected at least one table of {sections}, got none")
-    cluster = ClusterSettings(**model.cluster.model_dump()) if model.cluster is not None else None
     return Study(model.name or name, with_requirements(tasks), model.retries, cluster)
 
 
@@ -153,15 +144,11 @@ def _add_tasks(kind: Kind, table: BaseModel, place: str, tasks: list[Task], erro
     for combination in itertools.product(*given.values()):
         try:
             tasks.append(task_of(kind.make(**dict(zip(given, combination, strict=True))), kind))
-        except ValueError as error:
-            errors[f"{place}.{_renamed(str(error))}"] = None
-
-
-def _renamed(message: str) -> str:
-    """An error of settings with the names of study files: 'shear-max: ...' becomes 'shear_max: ...'."""
-    field, colon, rest = message.partition(":")
-    names = {"tol": "tolerance", "class": "classes"}
-    return f"{names.get(field, field.replace('-', '_'))}{colon}{rest}"
+        except WrongInput as error:
+            name = _IN_FILES.get(error.field, error.field.replace("-", "_"))
+            errors[f"{place}.{name}: {error.rest}"] = None
+        except ValueError as error:  # of more than one value
+            errors[f"{place}: {error}"] = None
 
 
 def _values(value: Any) -> Sequence[Any]:
@@ -173,8 +160,9 @@ def _values(value: Any) -> Sequence[Any]:
 
 # -- models from the parameters of Kind.make --------------------------------------------------------------------------
 
-_TYPES: dict[type, Any] = {
-    float: Annotated[StrictFloat, Field(allow_inf_nan=False)], int: StrictInt, bool: StrictBool, str: StrictStr
+_TYPES: dict[Any, Any] = {
+    float: Annotated[StrictFloat, Field(allow_inf_nan=False)], int: StrictInt, bool: StrictBool, str: StrictStr,
+    tuple[str, ...]: tuple[StrictStr, ...],
 }  # fmt: skip
 
 
@@ -200,11 +188,22 @@ def _is_model(name: str) -> bool:
 @cache
 def _model(models: frozenset[str]) -> type[BaseModel]:
     """The model of a study file whose tables name some models of the atlas."""
-    tables: dict[str, Any] = {kind.section: (list[_table(kind, models)], []) for kind in KINDS}  # type: ignore[misc]
+    tables: dict[str, Any] = {"cluster": (_cluster() | None, None)}
+    tables |= {kind.section: (list[_table(kind, models)], []) for kind in KINDS}  # type: ignore[misc]
     return create_model(
         "StudyFile", __base__=_Model, name=(StrictStr, ""), retries=(Annotated[StrictInt, Field(ge=0, le=10)], 2),
-        cluster=(Cluster | None, None), **tables,
+        **tables,
     )  # fmt: skip
+
+
+@cache
+def _cluster() -> type[BaseModel]:
+    """The model of a `[cluster]` table: a field for each of its settings, which check what their values may be."""
+    types = get_type_hints(ClusterSettings)
+    named: dict[str, Any] = {
+        f.name: (_TYPES[types[f.name]], ... if f.default is MISSING else f.default) for f in fields(ClusterSettings)
+    }
+    return create_model("cluster", __base__=_Model, **named)
 
 
 def _parameters(kind: Kind, models: Iterable[str]) -> dict[str, Parameter]:
@@ -214,10 +213,10 @@ def _parameters(kind: Kind, models: Iterable[str]) -> dict[str, Parameter]:
 
 def _table(kind: Kind, models: Iterable[str]) -> type[BaseModel]:
     """The model of a table of one kind: a field for each parameter."""
-    fields: dict[str, Any] = {}
+    named: dict[str, Any] = {}
     for name, (plain, default) in _parameters(kind, models).items():
-        fields[name] = (_choice(plain), ... if default is REQUIRED else default)
-    return create_model(kind.section, __base__=_Model, **fields)
+        named[name] = (_choice(plain), ... if default is REQUIRED else default)
+    return create_model(kind.section, __base__=_Model, **named)
 
 
 def _choice(plain: type) -> Any:
@@ -239,7 +238,6 @@ _EXPECTED = {
     "bool_type": "true or false", "string_type": "a text in quotes", "list_type": "tables in double brackets",
     "missing": "a value", "finite_number": "a finite number", "too_short": "at least one value",
     "model_type": "a table", "model_attributes_type": "a table", "tuple_type": "a list",
-    "string_pattern_mismatch": "a time such as 01:00:00",
 }  # fmt: skip
 
 
@@ -266,7 +264,7 @@ def _names(location: Sequence[str | int], models: frozenset[str]) -> Iterable[st
     if "grid" in location:
         return "from", "to", "count", "step"
     kind = next((k for k in KINDS if k.section == location[0]), None)
-    return _parameters(kind, models) if kind is not None else Cluster.model_fields
+    return _parameters(kind, models) if kind is not None else _cluster().model_fields
 
 
 def _path(location: Iterable[str | int]) -> str:

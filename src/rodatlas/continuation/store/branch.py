@@ -47,18 +47,19 @@ from rodatlas.continuation.store.solutions import read_solutions, write_solution
 if TYPE_CHECKING:
     import h5py
 
+SCHEMA = "rodatlas/branch"
 NO_INDEX = np.iinfo(np.int64).min
 
 
 def save_branch(path: str | os.PathLike[str], branch: Branch) -> None:
     """Write one branch to a file of its own."""
-    with atomic_hdf5(path, "rodatlas/branch") as file:
+    with atomic_hdf5(path, SCHEMA) as file:
         write_branch(file, branch)
 
 
 def load_branch(path: str | os.PathLike[str]) -> Branch:
     """Read what :func:`save_branch` wrote."""
-    with checked_hdf5(path, "rodatlas/branch") as file:
+    with checked_hdf5(path, SCHEMA) as file:
         return read_branch(file)
 
 

@@ -34,16 +34,18 @@ from rodatlas.continuation.store.solutions import read_solutions, write_solution
 if TYPE_CHECKING:
     import h5py
 
+SCHEMA = "rodatlas/locus"
+
 
 def save_locus(path: str | os.PathLike[str], locus: Locus) -> None:
     """Write one locus to a file of its own."""
-    with atomic_hdf5(path, "rodatlas/locus") as file:
+    with atomic_hdf5(path, SCHEMA) as file:
         write_locus(file, locus)
 
 
 def load_locus(path: str | os.PathLike[str]) -> Locus:
     """Read what :func:`save_locus` wrote."""
-    with checked_hdf5(path, "rodatlas/locus") as file:
+    with checked_hdf5(path, SCHEMA) as file:
         return read_locus(file)
 
 

@@ -23,12 +23,14 @@ from rodatlas.continuation.store.hdf5 import atomic_hdf5, checked_hdf5, get_arra
 if TYPE_CHECKING:
     import h5py
 
+SCHEMA = "rodatlas/solution"
+
 
 def save_solution(
     path: str | os.PathLike[str], solution: Solution, identity: Mapping[str, object] | None = None
 ) -> None:
     """Write one solution to a file of its own, with what it was computed for if that is given."""
-    with atomic_hdf5(path, "rodatlas/solution") as file:
+    with atomic_hdf5(path, SCHEMA) as file:
         if identity is not None:
             file.attrs["identity"] = json.dumps(dict(identity))
         write_solutions(file, [solution])
@@ -36,7 +38,7 @@ def save_solution(
 
 def load_solution(path: str | os.PathLike[str]) -> Solution:
     """Read what :func:`save_solution` wrote."""
-    with checked_hdf5(path, "rodatlas/solution") as file:
+    with checked_hdf5(path, SCHEMA) as file:
         return read_solutions(file)[0]
 
 

@@ -82,6 +82,31 @@ def loci_tables(loci: Any) -> dict[str, pd.DataFrame]:
     return {"events": events, "points": points}
 
 
+def phase_tables(diagram: Any) -> dict[str, pd.DataFrame]:
+    """The tables of a :class:`rodatlas.atlas.PhaseDiagram`: 'events' (special points), 'faces' (parts of the plane
+    between loci), and 'regions' in which a state is stable, with their ranges of both controls. Polygons are left out.
+    """
+    check_has("diagram", diagram, ("settings", "faces", "state_regions"), "a PhaseDiagram, see PhaseDiagram.load")
+    import pandas as pd
+
+    events, faces, regions = (pd.DataFrame(diagram.to_frame(of)) for of in ("events", "faces", "regions"))
+    if len(events):
+        events["loci"] = [" ".join(labels) for labels in events["loci"]]
+    if len(faces):
+        faces["states"] = [" ".join(names or ()) for names in faces["states"]]
+        faces["samples"] = ["; ".join(f"{x:.6g} {y:.6g}" for x, y in places) for places in faces["samples"]]
+        for name in ("count", "names"):
+            faces[name] = faces[name].astype("Int64")  # keeps whole numbers beside missing ones
+    if len(regions):
+        for key in (diagram.settings.second_control.key, diagram.settings.along_control.key):
+            at = int(regions.columns.get_loc(key))
+            ends = regions.pop(key)
+            for i, side in enumerate(("low", "high")):
+                regions.insert(at + i, f"{key}_{side}", [pair[i] for pair in ends])
+        regions["bounds"] = [" ".join(labels) for labels in regions["bounds"]]
+    return {"events": events, "faces": faces, "regions": regions}
+
+
 DEGREES = {name: f"{name}_deg" for name in ("angle", "angle_left", "angle_right", "twist")}  # columns of a setting
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass, field, replace
 
-from rodatlas.atlas.slices.branches.cache import BranchCache, PrefixedCache
+from rodatlas.atlas.cache import BRANCH, Cache, MemoryCache, PrefixedCache
 from rodatlas.atlas.slices.branches.match import lies_on
 from rodatlas.atlas.slices.branches.search import Found, search_at, searched_values
 from rodatlas.atlas.slices.branches.seeds import carried_seeds, seeds_of
@@ -136,7 +136,7 @@ class Frontier:
 
 
 def follow_slice(
-    settings: SliceSettings, cache: BranchCache | None = None, progress: Progress | None = None, carry: bool = True,
+    settings: SliceSettings, cache: Cache | None = None, progress: Progress | None = None, carry: bool = True,
     reference: Reference | None = None,
 ) -> Frontier:  # fmt: skip
     """All branches along a control that are connected to the seeds of the model, and isolated ones.
@@ -151,7 +151,7 @@ def follow_slice(
     progress : called as the work goes on.
     reference : branches of reference slices that are known already; they are followed where it gives None.
     """
-    cache = BranchCache() if cache is None else cache
+    cache = MemoryCache() if cache is None else cache
     frontier = Frontier(settings)
     say = _Reporter(progress, frontier)
     for source in settings.model.sources:
@@ -179,7 +179,7 @@ def carried_from(model: Model, followed: Iterable[Followed]) -> list[tuple[str, 
 
 
 def _followed_reference(
-    start: SliceSettings, frontier: Frontier, cache: BranchCache, say: _Reporter
+    start: SliceSettings, frontier: Frontier, cache: Cache, say: _Reporter
 ) -> list[tuple[str, Branch]]:
     """The branches of a reference slice that are connected to the first seeds of the model."""
     say(f"reference slice at {start.place_text}")
@@ -208,7 +208,7 @@ def trace_options(settings: SliceSettings) -> TraceOptions:
     )
 
 
-def _follow_source(frontier: Frontier, source: Source, cache: BranchCache, say: _Reporter) -> None:
+def _follow_source(frontier: Frontier, source: Source, cache: Cache, say: _Reporter) -> None:
     """All that is connected to the seeds of one source."""
     say(source.name)
     seeds, warnings = seeds_of(source, frontier.settings, cache)
@@ -216,7 +216,7 @@ def _follow_source(frontier: Frontier, source: Source, cache: BranchCache, say: 
     _follow_all(frontier, seeds, source.name, cache, say)
 
 
-def _follow_found(frontier: Frontier, cache: BranchCache, say: _Reporter) -> None:
+def _follow_found(frontier: Frontier, cache: Cache, say: _Reporter) -> None:
     """The branches of stable states that a search finds and that are on no branch yet, and all connected to them."""
     settings = frontier.settings
     for value in searched_values(settings):
@@ -227,13 +227,13 @@ def _follow_found(frontier: Frontier, cache: BranchCache, say: _Reporter) -> Non
         _follow_all(frontier, seeds, "search", cache, say)
 
 
-def _follow_all(frontier: Frontier, seeds: Iterable[Seed], source: str, cache: BranchCache, say: _Reporter) -> None:
+def _follow_all(frontier: Frontier, seeds: Iterable[Seed], source: str, cache: Cache, say: _Reporter) -> None:
     """The branches of some seeds and all that is connected to them."""
     _follow_seeds(frontier, seeds, source, cache, say)
     _follow_arrivals(frontier, cache, say)
 
 
-def _follow_arrivals(frontier: Frontier, cache: BranchCache, say: _Reporter) -> None:
+def _follow_arrivals(frontier: Frontier, cache: Cache, say: _Reporter) -> None:
     """Symmetric branches that were met only where one with fewer symmetries ends on them."""
     settings = frontier.settings
     model, options = settings.model, trace_options(settings)
@@ -254,14 +254,14 @@ def _follow_arrivals(frontier: Frontier, cache: BranchCache, say: _Reporter) -> 
         _follow_side_branches(frontier, first, options, cache, say)
 
 
-def _follow_seeds(frontier: Frontier, seeds: Iterable[Seed], source: str, cache: BranchCache, say: _Reporter) -> None:
+def _follow_seeds(frontier: Frontier, seeds: Iterable[Seed], source: str, cache: Cache, say: _Reporter) -> None:
     """The branches of seeds that are not on a known branch, and all that is connected to them."""
     settings = frontier.settings
     model, options = settings.model, trace_options(settings)
     for ident, seed in seeds:
         if any(lies_on(f.branch, seed, settings) for f in frontier.branches):
             continue
-        branch = cache.get(ident)
+        branch = cache.get(ident, BRANCH)
         if branch is None:
             say(f"branch {ident}")
             try:
@@ -270,14 +270,12 @@ def _follow_seeds(frontier: Frontier, seeds: Iterable[Seed], source: str, cache:
             except NotConverged as error:
                 frontier.warnings.append(f"branch {ident}: {error}")
                 continue
-            cache.put(ident, branch)
+            cache.put(ident, branch, BRANCH)
         frontier.add(Followed.by(model, ident, branch, seed, source=source))
         _follow_side_branches(frontier, len(frontier.branches) - 1, options, cache, say)
 
 
-def _follow_side_branches(
-    frontier: Frontier, start: int, options: TraceOptions, cache: BranchCache, say: _Reporter
-) -> None:
+def _follow_side_branches(frontier: Frontier, start: int, options: TraceOptions, cache: Cache, say: _Reporter) -> None:
     """Switch at every unused branch point of the branches from `start` on; new branches join the end of the list."""
     at = start
     while at < len(frontier.branches):
@@ -298,14 +296,14 @@ def _follow_side_branches(
 
 
 def _follow_other(
-    frontier: Frontier, parent: Followed, number: int, options: TraceOptions, cache: BranchCache, say: _Reporter
+    frontier: Frontier, parent: Followed, number: int, options: TraceOptions, cache: Cache, say: _Reporter
 ) -> None:
     """The other curve through a branch point: one side of it where the other is its reversal, else the whole curve."""
     model, free = frontier.settings.model, frontier.settings.free
     special = parent.branch.special[number]
     ident = f"{parent.id}.{number + 1}"
     options = replace(options, on_point=say.watch(ident))
-    branch = cache.get(ident)
+    branch = cache.get(ident, BRANCH)
     if branch is None:
         say(f"branch {ident}")
         branch = switch(model.problem, special, free, options)
@@ -314,7 +312,7 @@ def _follow_other(
             return
         if not _is_half(model, branch, special) and len(branch) > 2:
             branch = trace(model.problem, branch.points[len(branch) // 2].solution, free, options)
-        cache.put(ident, branch)
+        cache.put(ident, branch, BRANCH)
     middle = branch.points[len(branch) // 2].solution
     starts_there = same_state(model, branch.points[0].solution, special.solution)
     if not starts_there and not any(same_state(model, x.solution, special.solution) for x in branch.special):

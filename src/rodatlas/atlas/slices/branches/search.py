@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-from rodatlas.atlas.slices.branches.cache import BranchCache
+from rodatlas.atlas.cache import SOLUTIONS, Cache
 from rodatlas.atlas.slices.settings import SliceSettings
 from rodatlas.continuation import Solution
 
@@ -31,13 +31,13 @@ def searched_values(settings: SliceSettings) -> tuple[float, ...]:
     return inside or (0.5 * (settings.low + settings.high),)
 
 
-def search_at(value: float, settings: SliceSettings, cache: BranchCache) -> Found:
+def search_at(value: float, settings: SliceSettings, cache: Cache) -> Found:
     """Search at one place, unless the cache holds what was found."""
     key = f"search-{value:g}"
-    known = cache.get_states(key)
+    known = cache.get(key, SOLUTIONS)
     search = settings.model.search
     assert search is not None
     if known is None:
         known = search.stable_states(settings.whole_setting(value), settings.search, 1, settings.tolerance)
-        cache.put_states(key, known)
+        cache.put(key, known, SOLUTIONS)
     return Found(value, known, tuple(s for s in known if search.starts_branch(s)))

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterable
 
-from rodatlas.atlas.slices.branches.cache import BranchCache
+from rodatlas.atlas.cache import BRANCH, Cache
 from rodatlas.atlas.slices.branches.match import crossings
 from rodatlas.atlas.slices.settings import SliceSettings
 from rodatlas.continuation import (
@@ -28,14 +28,14 @@ REACHED = 1e-9  # of a parameter, to which a path has come
 NEAR = 1e-12  # a parameter that differs by less is there
 
 
-def seeds_of(source: Source, settings: SliceSettings, cache: BranchCache) -> tuple[list[Seed], list[str]]:
+def seeds_of(source: Source, settings: SliceSettings, cache: Cache) -> tuple[list[Seed], list[str]]:
     """The seeds of one source, followed to the setting of a slice; and warnings."""
     found, warnings = source.find(settings.whole_setting(settings.anchor), settings.tolerance, _keep(cache))
     return _all_carried(found, settings, cache, warnings)
 
 
 def carried_seeds(
-    reference: Iterable[tuple[str, Branch]], start: SliceSettings, settings: SliceSettings, cache: BranchCache
+    reference: Iterable[tuple[str, Branch]], start: SliceSettings, settings: SliceSettings, cache: Cache
 ) -> tuple[list[Seed], list[str]]:
     """States of a reference slice followed to another setting at fixed values of what varies; and warnings.
 
@@ -63,7 +63,7 @@ def _inside(shares: tuple[float, ...], start: SliceSettings, settings: SliceSett
 
 
 def _all_carried(
-    found: Iterable[Seed], settings: SliceSettings, cache: BranchCache, warnings: list[str]
+    found: Iterable[Seed], settings: SliceSettings, cache: Cache, warnings: list[str]
 ) -> tuple[list[Seed], list[str]]:
     """Seeds followed to the setting, without those that end on the way; and warnings."""
     seeds: list[Seed] = []
@@ -94,7 +94,7 @@ def _with_lost_images(found: Iterable[Seed], settings: SliceSettings) -> list[Se
     return seeds
 
 
-def carried(name: str, state: Solution, settings: SliceSettings, cache: BranchCache) -> Solution | None:
+def carried(name: str, state: Solution, settings: SliceSettings, cache: Cache) -> Solution | None:
     """A state followed to the setting, control by control; None when it meets a fold on the way.
 
     What varies along the slice is left as it is where it lies in the range, else it is carried to the anchor.
@@ -129,14 +129,14 @@ def _path(state: Solution, parameter: str, value: float, settings: SliceSettings
     return lambda: trace(settings.model.problem, state, free, options, both=False, direction=direction)
 
 
-def _keep(cache: BranchCache) -> Keep:
+def _keep(cache: Cache) -> Keep:
     """What a cache has of a branch, or the branch made now and kept."""
 
     def keep(key: str, make: Callable[[], Branch]) -> Branch:
-        known = cache.get(key)
+        known = cache.get(key, BRANCH)
         if known is None:
             known = make()
-            cache.put(key, known)
+            cache.put(key, known, BRANCH)
         return known
 
     return keep

@@ -8,12 +8,12 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Protocol, get_type_hints
 
+from rodatlas.atlas.results import ResultKind
+from rodatlas.continuation.checks import WrongInput
 from rodatlas.files import digest
 from rodatlas.progress import Progress
 
 if TYPE_CHECKING:
-    import h5py
-
     from rodatlas.model import Control, Model
 
 
@@ -62,31 +62,32 @@ class Kind:
 
     Attributes
     ----------
-    name : 'slice', say.
+    result : what it computes.
     section : name of its tables in study files.
-    schema : that of its result files.
     settings : class of its settings.
     make : the settings from named numbers and texts. Its named parameters are what a table in a study file may hold:
         their annotations (float, int, bool, str) are checked, those without a default are required.
     stem : first part of the names of the files, readable.
     requires : settings of results that must be there before, of whatever kind.
     compute : computes and writes `Workplace.path`, atomically.
-    contents : what is in a file, in a few words.
     controls : whether tables may hold controls of the model too, and ranges of them, which `make` takes by keyword.
 
     Functions are those of modules, so that a task can be sent to another process.
     """
 
-    name: str
+    result: ResultKind
     section: str
-    schema: str
     settings: type
     make: Callable[..., Any]
     stem: Callable[[Any], str]
     requires: Callable[[Any], tuple[Settings, ...]]
     compute: Callable[[Any, Workplace], None]
-    contents: Callable[[h5py.File], str]
     controls: bool = False
+
+    @property
+    def name(self) -> str:
+        """What it is called, as its result: 'slice', say."""
+        return self.result.word
 
     def parameters(self, model: Model) -> dict[str, Parameter]:
         """What a table in a study file may hold for a model: type and default, `REQUIRED` where there is none."""
@@ -137,9 +138,9 @@ def divided(
     for name in given:
         if name not in keys:
             along = " and ".join(c.name for c in varied)
-            raise ValueError(f"{name}: expected the range of {along} only, which varies, got {given[name]:g}")
+            raise WrongInput(name, f"expected the range of {along} only, which varies, got {given[name]:g}")
     moved = {c.parameter for c in varied}
     for control in model.controls:
         if control.short == "" and control.parameter not in moved and control.name.replace("-", "_") not in given:
-            raise ValueError(f"{control.name}: expected a value, got none")
+            raise WrongInput(control.name, "expected a value, got none")
     return given, ranges

@@ -2,18 +2,13 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
+from rodatlas.atlas import results
 from rodatlas.atlas.loci.obtain import obtain_loci
 from rodatlas.atlas.loci.settings import LociSettings
-from rodatlas.atlas.loci.store import SCHEMA
 from rodatlas.atlas.slices.settings import SliceSettings
 from rodatlas.atlas.study.kinds.base import BAND, Kind, Workplace, divided
 from rodatlas.atlas.study.kinds.slices import SLICE
 from rodatlas.model import model_named
-
-if TYPE_CHECKING:
-    import h5py
 
 
 def _make(
@@ -46,8 +41,4 @@ def _compute(settings: LociSettings, work: Workplace) -> None:
     )  # fmt: skip
 
 
-def _contents(file: h5py.File) -> str:
-    return f"{len(file['curves']) if 'curves' in file else 0} curves"
-
-
-LOCI = Kind("loci", "loci", SCHEMA, LociSettings, _make, _stem, _requires, _compute, _contents, controls=True)
+LOCI = Kind(results.LOCI, "loci", LociSettings, _make, _stem, _requires, _compute, controls=True)

@@ -4,22 +4,18 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
-from typing import TYPE_CHECKING
 
+from rodatlas.atlas import results
 from rodatlas.atlas.loci.result import Loci
 from rodatlas.atlas.loci.settings import LociSettings
 from rodatlas.atlas.phase.compute import compute_phase
 from rodatlas.atlas.phase.settings import PhaseSettings
-from rodatlas.atlas.phase.store import SCHEMA
 from rodatlas.atlas.slices.obtain import obtain_slice
 from rodatlas.atlas.slices.result import Slice
 from rodatlas.atlas.study.kinds.base import BAND, Kind, Workplace, divided
 from rodatlas.atlas.study.kinds.loci import LOCI
 from rodatlas.atlas.study.kinds.slices import SLICE
 from rodatlas.model import model_named
-
-if TYPE_CHECKING:
-    import h5py
 
 
 def _make(
@@ -61,8 +57,4 @@ def _compute(settings: PhaseSettings, work: Workplace) -> None:
     compute_phase(settings, loci, slices, progress=work.progress).save(work.path)
 
 
-def _contents(file: h5py.File) -> str:
-    return f"{len(file['lines'])} lines, {len(file['faces'])} faces"
-
-
-PHASE = Kind("phase", "phases", SCHEMA, PhaseSettings, _make, _stem, _requires, _compute, _contents, controls=True)
+PHASE = Kind(results.PHASE, "phases", PhaseSettings, _make, _stem, _requires, _compute, controls=True)

@@ -2,11 +2,9 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
+from rodatlas.atlas import results
 from rodatlas.atlas.slices.obtain import obtain_slice
 from rodatlas.atlas.slices.settings import SliceSettings
-from rodatlas.atlas.slices.store import SCHEMA
 from rodatlas.atlas.study.kinds.base import (
     BAND,
     Kind,
@@ -15,9 +13,6 @@ from rodatlas.atlas.study.kinds.base import (
     nothing_required,
 )
 from rodatlas.model import model_named
-
-if TYPE_CHECKING:
-    import h5py
 
 
 def _make(
@@ -42,12 +37,4 @@ def _compute(settings: SliceSettings, work: Workplace) -> None:
     obtain_slice(settings, work.folder, work.progress, fresh=work.fresh, say=work.say, stem=work.stem)
 
 
-def _contents(file: h5py.File) -> str:
-    states, branches = (len(file[name]) if name in file else 0 for name in ("states", "branches"))
-    return f"{states} states, {branches} branches"
-
-
-SLICE = Kind(
-    "slice", "slices", SCHEMA, SliceSettings, _make, _stem, nothing_required, _compute, _contents,
-    controls=True,
-)  # fmt: skip
+SLICE = Kind(results.SLICE, "slices", SliceSettings, _make, _stem, nothing_required, _compute, controls=True)

@@ -4,19 +4,17 @@ from __future__ import annotations
 
 import time
 from dataclasses import asdict, dataclass
-from typing import TYPE_CHECKING
 
 from rodatlas import __version__
+from rodatlas.atlas import results
 from rodatlas.atlas.study.kinds.base import Kind, Workplace, nothing_required
+from rodatlas.continuation.checks import WrongInput
 from rodatlas.files import exact
 from rodatlas.rods.band import check_number, check_poisson
 from rodatlas.rods.ends import Ends
 from rodatlas.rods.model import CONTROLS
 from rodatlas.states.discover import CLASSES, find_states
-from rodatlas.states.store import ALGORITHM, SCHEMA, save_discovery
-
-if TYPE_CHECKING:
-    import h5py
+from rodatlas.states.store import ALGORITHM, save_discovery
 
 
 @dataclass(frozen=True)
@@ -44,7 +42,7 @@ class StatesSettings:
         Ends(self.angle_deg, self.compression, self.shear)
         check_poisson(self.poisson)
         if self.classes not in CLASSES:
-            raise ValueError(f"class: expected +, - or both, got '{self.classes}'")
+            raise WrongInput("class", f"expected +, - or both, got '{self.classes}'")
         check_number("starts", self.starts, 0, 10**7, "a whole number of at least 1 (0: the default)")
         check_number("tol", self.tolerance, 1e-10, 1e-6, "a number between 1e-10 and 1e-06")
         check_number("seed", self.seed, 0, 2**31, "a whole number of at least 0")
@@ -79,8 +77,4 @@ def _compute(settings: StatesSettings, work: Workplace) -> None:
     save_discovery(work.path, found, settings.identity(), time.perf_counter() - begin)
 
 
-def _contents(file: h5py.File) -> str:
-    return f"{file.attrs['count']} states, {file.attrs['stable']} stable"
-
-
-STATES = Kind("states", "states", SCHEMA, StatesSettings, _make, _stem, nothing_required, _compute, _contents)
+STATES = Kind(results.STATES, "states", StatesSettings, _make, _stem, nothing_required, _compute)
