@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import TYPE_CHECKING, Any, NamedTuple, Protocol
 
@@ -79,6 +79,7 @@ class Model:
         parameter. Other symmetries that leave a setting alone map it to itself: they make of a branch another branch.
     invariants : numbers that tell states at one setting apart, equal for all members; without them whole solutions are
         compared.
+    decisive : whether invariants are enough to call two states one; else whole solutions are compared besides.
     references : settings from which states are carried over, for what is not connected within a diagram.
     search : finds stable states; None where nothing does.
     nomenclature : gives names and numbers; None: they are made of what is seen.
@@ -105,6 +106,7 @@ class Model:
     index: Callable[[Solution], int | None] | None = None
     pairing: tuple[str, ...] | None = None
     invariants: tuple[Invariant, ...] = ()
+    decisive: bool = True
     references: Callable[[Setting, str], Sequence[Setting]] | None = None
     search: Search | None = None
     nomenclature: Nomenclature | None = None
@@ -146,6 +148,19 @@ class Model:
     def problem(self) -> BVP:
         """The boundary value problem."""
         return self.build()
+
+    def restricted(self, group: Sequence[str]) -> Model:
+        """The model with these pairing symmetries only: those that a whole diagram has.
+
+        At single places of it there may be more; images under these are states of their own all the same.
+        """
+        from rodatlas.model.orbit import pairing
+
+        if set(group) == set(pairing(self)):
+            return self
+        found = replace(self, pairing=tuple(group), decisive=False)
+        found.__dict__["problem"] = self.problem  # traced once
+        return found
 
     # -- controls and quantities --------------------------------------------------------------------------------------
 

@@ -79,8 +79,10 @@ def same_state(model: Model, one: Solution, two: Solution, tolerance: float = 1e
     """
     if any(abs(one.parameter(c.parameter) - two.parameter(c.parameter)) >= tolerance for c in model.controls):
         return False
-    if model.invariants:
-        return not any(x.differs(one, two, tolerance) for x in model.invariants)
+    if any(x.differs(one, two, tolerance) for x in model.invariants):
+        return False
+    if model.invariants and model.decisive:
+        return True
     return any(distance(model, one, member) < SAME for member in members(model, two))
 
 

@@ -20,6 +20,7 @@ from rodatlas.atlas.phase.settings import PhaseSettings
 from rodatlas.atlas.slices.result import Slice, State
 from rodatlas.atlas.slices.states.coexisting import solve_state
 from rodatlas.continuation import MeshControl, NotConverged, Solution, TraceOptions, solve
+from rodatlas.model import Model
 from rodatlas.model.orbit import is_alone, same_state
 
 FIRST, LEAST = 1 / 8, 1 / 1024  # steps, as parts of the way
@@ -115,7 +116,7 @@ def _reach(
             if len(starts) == most:
                 break
             end = _follow(state, one, path or (), settings)
-            if end is not None and not any(same_state(settings.model, end, other) for other in known):
+            if end is not None and not any(same_state(one.settings.local, end, other) for other in known):
                 known.append(end)
                 starts.append(start)
     return starts
@@ -154,7 +155,7 @@ def _follow(state: State, one: Slice, path: Sequence[Point], settings: PhaseSett
         while done < 1.0 and here is not None:
             part = min(done + step, 1.0)
             second, value = (a + part * (b - a) for a, b in zip(start, end, strict=True))
-            there = _next(here, second, value, state.pair, settings)
+            there = _next(here, second, value, state.pair, settings, one.settings.local)
             if there is None:
                 step *= 0.5
                 here = here if step >= LEAST else None
@@ -163,7 +164,9 @@ def _follow(state: State, one: Slice, path: Sequence[Point], settings: PhaseSett
     return here
 
 
-def _next(here: Solution, second: float, value: float, pair: bool, settings: PhaseSettings) -> Solution | None:
+def _next(
+    here: Solution, second: float, value: float, pair: bool, settings: PhaseSettings, local: Model
+) -> Solution | None:
     """The state a little further, if it is found, near by, of the same symmetry and stable."""
     model = settings.model
     guess = model.with_value(settings.along, model.with_value(settings.second, here, second), value)
@@ -173,5 +176,5 @@ def _next(here: Solution, second: float, value: float, pair: bool, settings: Pha
     except NotConverged:
         return None
     before, after = settings.response(here), settings.response(there)
-    same = abs(after - before) < JUMP * max(1.0, abs(before)) and is_alone(model, there) != pair
+    same = abs(after - before) < JUMP * max(1.0, abs(before)) and is_alone(local, there) != pair
     return there if same and model.index is not None and model.index(there) == 0 else None

@@ -55,7 +55,7 @@ def close_up(slice_: Slice, window: Window) -> Slice:
             except NotConverged as error:
                 warnings.append(f"branch {ident}: {error}")
                 continue
-            followed = Followed.by(settings.model, ident, branch, start)
+            followed = Followed.by(settings.local, ident, branch, start)
             branches.append(SliceBranch(followed, _events(followed, slice_)))
     states = with_contact((s for b in branches for s in _states(b.followed, slice_)), settings)
     warnings += contact_warnings(states, settings)
@@ -77,7 +77,7 @@ def _on(followed: Followed, solution: Solution, window: Window, settings: SliceS
 
     Newton at a fixed value would not tell near a fold.
     """
-    if followed.symmetries != own_symmetries(settings.model, solution):
+    if followed.symmetries != own_symmetries(settings.local, solution):
         return False
     values = np.array([_place(p.solution, settings) for p in followed.branch.points])
     scale = np.maximum(np.ptp(values, axis=0), 1e-3)
@@ -103,7 +103,7 @@ def _events(followed: Followed, slice_: Slice) -> tuple[Event, ...]:
         same = [
             e for e in known
             if e.special.kind == special.kind
-            and same_state(settings.model, e.special.solution, special.solution, 2e-5)
+            and same_state(settings.local, e.special.solution, special.solution, 2e-5)
         ]  # fmt: skip
         best = max(same, key=lambda e: e.number is not None, default=None)
         kind, number, criticality = (special.kind, None, None) if best is None else (best.kind, best.number,

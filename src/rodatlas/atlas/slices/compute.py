@@ -47,7 +47,7 @@ def compute_slice(
     branches = [SliceBranch(f, _bare_events(f, frontier)) for f in frontier.branches]
     segments = [s for b in branches for s in stable_segments(b.followed, _origin(b.followed, branches), settings.value)]
     named = list(zip(segments, names.parts(frontier.branches, segments), strict=True))
-    branches = _numbered(branches, named, names, settings.model)
+    branches = _numbered(branches, named, names, settings.local)
     warnings = list(frontier.warnings)
     for symmetry in further_symmetries(settings)[:1]:
         partners, missing = mirror_partners(frontier.branches, symmetry, settings)
@@ -75,8 +75,8 @@ def _bare_events(followed: Followed, frontier: Frontier) -> tuple[Event, ...]:
     events = []
     settings = frontier.settings
     for special in with_chained_indices(followed.bifurcations):
-        pitchfork = special.kind == "branch point" and _is_pitchfork(special, settings.model)
-        if pitchfork and _turns(followed, special, settings.model) and None in special.index:
+        pitchfork = special.kind == "branch point" and _is_pitchfork(special, settings.local)
+        if pitchfork and _turns(followed, special, settings.local) and None in special.index:
             here = special.index[0] if special.index[1] is None else special.index[1]
             special = replace(special, index=(here, here))  # beyond it lies the image of the branch
         if pitchfork and not special.breaks:
@@ -105,7 +105,7 @@ def _criticality(special: SpecialPoint, frontier: Frontier) -> str | None:
     """
     passing: set[int] = set()
     turning: set[int] = set()
-    model = frontier.settings.model
+    model = frontier.settings.local
     for f in frontier.branches:
         for number, other in enumerate(f.branch.special):
             if other.kind != "branch point" or not same_state(model, other.solution, special.solution):
@@ -172,7 +172,7 @@ def _end(bound: Bound, branches: list[SliceBranch], settings: SliceSettings) -> 
     """A bound as the user reads it: a state snaps at a fold and at a pitchfork that is not supercritical."""
     if bound.special is None:
         return StateEnd.at(settings, bound.kind, bound.solution)
-    event = _find_event(branches, bound.special, settings.model)
+    event = _find_event(branches, bound.special, settings.local)
     if event is None:
         return StateEnd.at(settings, bound.kind, bound.solution, snap=True)
     snap = event.kind != "pitchfork" or event.criticality != "super"

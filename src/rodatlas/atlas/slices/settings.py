@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import Any
 
 from rodatlas import __version__
@@ -14,10 +15,12 @@ from rodatlas.files import exact
 from rodatlas.files.code import code_hash
 from rodatlas.model import Control, Model, Setting, View, model_named
 from rodatlas.model.model import parameters_of
+from rodatlas.model.orbit import fixing, pairing
 
-CODE = ("continuation", "model", "rods", "states", "atlas/slices", "paper/names")
+CODE = ("continuation", "model", "rods", "states", "atlas/slices", "paper/names", "paper/model")
 """Folders whose code decides what a slice holds."""
 MOST_STARTS = 1_000_000
+GENERIC = 0.381966  # no round share of a range: at those, symmetries may hold that the whole of it has not
 
 
 @dataclass(frozen=True)
@@ -179,6 +182,21 @@ class SliceSettings:
         """Whether the nomenclature of the model knows the states of this slice."""
         known = self.model.nomenclature
         return known is not None and known.applies(self.setting, self.along)
+
+    @cached_property
+    def symmetries(self) -> tuple[str, ...]:
+        """Declared symmetries that leave the setting alone, and what varies, whatever its value."""
+        between = self.low + GENERIC * (self.high - self.low)
+        return fixing(self.model, list(self.model.parameters(self.whole_setting(between)).values()))
+
+    @cached_property
+    def local(self) -> Model:
+        """The model with those pairing symmetries only that the whole slice has.
+
+        An offset of the clamps breaks the reversal: where it is zero the reversal holds, and the states of a pair that
+        meet there are different ones along the slice.
+        """
+        return self.model.restricted([name for name in self.symmetries if name in pairing(self.model)])
 
     def whole_setting(self, value: float) -> Setting:
         """Values of all controls where what varies has a value."""

@@ -115,15 +115,15 @@ class Frontier:
 
     def _has_more(self, solution: Solution, symmetries: frozenset[str]) -> bool:
         """Whether a solution has these symmetries and others besides."""
-        return own_symmetries(self.settings.model, solution) > symmetries
+        return own_symmetries(self.settings.local, solution) > symmetries
 
     def is_used(self, special: SpecialPoint) -> bool:
         """Whether the branches through a branch point have been followed."""
-        return any(same_state(self.settings.model, special.solution, other.solution) for other in self.used)
+        return any(same_state(self.settings.local, special.solution, other.solution) for other in self.used)
 
     def has_both(self, special: SpecialPoint) -> bool:
         """Whether both curves through a simple branch point are known: two branches list it, neither ends there."""
-        model, simple = self.settings.model, len(special.rays) <= 4
+        model, simple = self.settings.local, len(special.rays) <= 4
         through = sum(
             any(x.kind == "branch point" and same_state(model, x.solution, special.solution) for x in f.branch.special)
             for f in self.branches
@@ -191,7 +191,7 @@ def _followed_reference(
 
 def trace_options(settings: SliceSettings) -> TraceOptions:
     """Options of every branch of a slice."""
-    model = settings.model
+    model = settings.local
 
     def meets_symmetric(special: SpecialPoint, last: Point) -> bool:
         """A branch ends where it meets one with more symmetries; beyond it is its own image."""
@@ -236,7 +236,7 @@ def _follow_all(frontier: Frontier, seeds: Iterable[Seed], source: str, cache: C
 def _follow_arrivals(frontier: Frontier, cache: Cache, say: _Reporter) -> None:
     """Symmetric branches that were met only where one with fewer symmetries ends on them."""
     settings = frontier.settings
-    model, options = settings.model, trace_options(settings)
+    model, options = settings.local, trace_options(settings)
     while frontier.arrivals:
         parent, number = frontier.arrivals.pop(0)
         special = parent.branch.special[number]
@@ -257,7 +257,7 @@ def _follow_arrivals(frontier: Frontier, cache: Cache, say: _Reporter) -> None:
 def _follow_seeds(frontier: Frontier, seeds: Iterable[Seed], source: str, cache: Cache, say: _Reporter) -> None:
     """The branches of seeds that are not on a known branch, and all that is connected to them."""
     settings = frontier.settings
-    model, options = settings.model, trace_options(settings)
+    model, options = settings.local, trace_options(settings)
     for ident, seed in seeds:
         if any(lies_on(f.branch, seed, settings) for f in frontier.branches):
             continue
@@ -299,7 +299,7 @@ def _follow_other(
     frontier: Frontier, parent: Followed, number: int, options: TraceOptions, cache: Cache, say: _Reporter
 ) -> None:
     """The other curve through a branch point: one side of it where the other is its reversal, else the whole curve."""
-    model, free = frontier.settings.model, frontier.settings.free
+    model, free = frontier.settings.local, frontier.settings.free
     special = parent.branch.special[number]
     ident = f"{parent.id}.{number + 1}"
     options = replace(options, on_point=say.watch(ident))

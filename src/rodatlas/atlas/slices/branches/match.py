@@ -33,7 +33,7 @@ def crossings(branch: Branch, values: Sequence[float], settings: SliceSettings, 
 
 def lies_on(branch: Branch, solution: Solution, settings: SliceSettings) -> bool:
     """Whether a solution, or another member of its state, is on a branch."""
-    model, name = settings.model, settings.parameter
+    model, name = settings.local, settings.parameter
     raw = solution[name]
     for one, two in pairwise(branch.points):
         if (one.solution[name] - raw) * (two.solution[name] - raw) > 0 or not _between(model, one, two, solution):

@@ -85,7 +85,10 @@ def _with_lost_images(found: Iterable[Seed], settings: SliceSettings) -> list[Se
     become states of their own between unequal ones.
     """
     model = settings.model
-    kept = set(fixing(model, list(model.parameters(settings.whole_setting(settings.anchor)).values())))
+    at_anchor = fixing(model, list(model.parameters(settings.whole_setting(settings.anchor)).values()))
+    # what a nomenclature names is known to be whole; elsewhere an image that the slice does not identify may lie on
+    # another branch, as the mirror image of a state at zero shear lies on one that is followed to negative shears
+    kept = set(at_anchor if settings.named else settings.symmetries)
     seeds = []
     for name, state in found:
         lost = [symmetry for symmetry in fixing(model, state.parameters) if symmetry not in kept]

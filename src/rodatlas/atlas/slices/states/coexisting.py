@@ -98,7 +98,7 @@ def present(slice_: Slice, value: float, name: str = "") -> list[Present]:
         near = min(state.solutions, key=lambda s: abs(settings.value(s) - value))
         one = Present(state, near if solution is None else solution, solution is not None)
         same = (p for p in found if p.state.name == state.name)
-        if not any(same_state(settings.model, p.solution, one.solution) for p in same):
+        if not any(same_state(settings.local, p.solution, one.solution) for p in same):
             found.append(one)
     return found
 
@@ -159,4 +159,4 @@ def solve_state(state: State, value: float, settings: SliceSettings) -> Solution
     if settings.value(near[0]) == value:
         return near[0]
     solved = (state_at(guess, value, settings) for guess in near[:NEAREST])
-    return next((s for s in solved if s is not None and is_alone(settings.model, s) != state.pair), None)
+    return next((s for s in solved if s is not None and is_alone(settings.local, s) != state.pair), None)

@@ -21,7 +21,7 @@ Called = tuple[str, Solution]
 def missed_states(searches: Sequence[Found], states: Sequence[State], settings: SliceSettings) -> list[str]:
     """Warnings for the named states of a slice that neither the search at a place nor a longer one has met."""
     warnings = []
-    margin, search, model = MARGIN * settings.reach, settings.model.search, settings.model
+    margin, search, model = MARGIN * settings.reach, settings.model.search, settings.local
     for found in searches:
         here = [s for s in states if s.low.value + margin < found.value < s.high.value - margin]
         solved = [(s.name, solve_state(s, found.value, settings)) for s in here]

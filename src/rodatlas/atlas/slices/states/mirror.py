@@ -11,17 +11,14 @@ from rodatlas.atlas.slices.branches.follow import Followed
 from rodatlas.atlas.slices.branches.match import lies_on
 from rodatlas.atlas.slices.settings import SliceSettings
 from rodatlas.continuation import SpecialPoint, broken_at, image
-from rodatlas.model.orbit import fixing, pairing
+from rodatlas.model.orbit import pairing
 
 SHARES = (0.3, 0.55, 0.8)  # of a branch, at which it is compared with others: one may lie at a bifurcation
 
 
 def further_symmetries(settings: SliceSettings) -> tuple[str, ...]:
     """Declared symmetries, other than those that pair states, that leave the setting and what varies alone."""
-    model = settings.model
-    between = settings.low + 0.381966 * (settings.high - settings.low)  # no round share, at which others might hold too
-    parameters = model.parameters(settings.whole_setting(between))
-    return tuple(name for name in fixing(model, list(parameters.values())) if name not in pairing(model))
+    return tuple(name for name in settings.symmetries if name not in pairing(settings.model))
 
 
 def mirror_partners(
@@ -55,5 +52,5 @@ def broken_products(special: SpecialPoint, settings: SliceSettings) -> tuple[str
 
     'angle mirror * reversal' is that of S+-, of the planar second mode, and of all states at zero height.
     """
-    among = [f"{one} * {two}" for one in further_symmetries(settings) for two in pairing(settings.model)]
+    among = [f"{one} * {two}" for one in further_symmetries(settings) for two in pairing(settings.local)]
     return broken_at(settings.model.problem, special, among=among) if among else ()
