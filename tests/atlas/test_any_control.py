@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from rodatlas.atlas import LociSettings, SliceSettings, coexisting_states, compute_loci, compute_slice
+from rodatlas.atlas.slices.branches.search import searched_values
 from rodatlas.continuation import TraceOptions, trace
 from rodatlas.model import model_named
 from rodatlas.model.orbit import same_state
@@ -87,13 +88,47 @@ def test_a_shear_that_only_larger_compressions_allow():
     assert found.setting["shear"] == 0.9
 
 
+@pytest.mark.parametrize(("control", "low", "high", "at", "count"), [
+    ("offset", -0.15, 0.15, 0.1, 6),
+    pytest.param("turn-left", -15.0, 15.0, 10.0, 6, marks=pytest.mark.slow),
+    pytest.param("twist", -40.0, 40.0, 30.0, 5, marks=pytest.mark.slow),
+])  # fmt: skip
+def test_states_of_a_pair_are_two_where_what_varies_breaks_the_reversal(control, low, high, at, count):
+    """Every branch passes the equal clamps at 15 degrees, where the reversal holds; a search that knows no branches,
+    away from there, finds the same states."""
+    settings = SliceSettings.of(model_named("band"), along=control, low=low, high=high, angle=15.0, search=0)
+    found = compute_slice(settings)
+    assert found.warnings == ()
+    assert not any(b.followed.pair for b in found.branches)
+    there = list(coexisting_states(found, at).values())
+    searched = settings.model.search.stable_states(settings.whole_setting(at), 256, 1, 1e-8)
+    assert len(there) == len(searched) == count
+    assert all(any(same_state(settings.local, one, other) for other in there) for one in searched)
+
+
+def test_a_range_that_does_not_hold_zero_has_no_names_of_the_paper():
+    settings = SliceSettings.of(model_named("band"), angle=20.0, low=0.2, high=0.4)
+    assert not settings.named
+    assert len(searched_values(settings)) == 6
+    assert all(0.2 < value < 0.4 for value in searched_values(settings))
+
+
+def test_usual_ranges_keep_inside_the_limits():
+    found = SliceSettings.of(model_named("band"), along="compression", shear=0.5)
+    least = 1.0 - np.sqrt(0.75)
+    assert least < found.low < least + 0.03
+    assert found.high == 0.95
+
+
 @pytest.mark.parametrize(("values", "message"), [
+    ({"along": "angle", "angle_left": 20.0, "angle_right": 35.0},
+     "angle-left: expected none where angle varies, since it would vary too: give turn-left, which stays, got 20"),
     ({"along": "sheer"}, "along: expected one of poisson, .*, angle-right, got 'sheer'"),
     ({"against": "hight"}, "against: expected one of height, .*, moment-z, got 'hight'"),
     ({"along": "angle", "angle": 15.0}, "angle: expected none, since the slice goes along angle, got one"),
     ({"along": "angle-left", "turn_left": 15.0}, "turn-left: expected none, since the slice goes along angle-left, .*"),
-    ({"along": "compression", "shear": 0.9, "high": 0.5}, "compression: expected a number between 0.564110, .* 0.5"),
-    ({"along": "compression", "high": 2.0}, "compression: expected a number between 0 and 1 .*, got 2.0"),
+    ({"along": "compression", "shear": 0.9, "high": 0.5}, "compression-max: expected a number between 0.56411.* 0.5"),
+    ({"along": "compression", "high": 2.0}, "compression-max: expected a number between 0 and 1 .*, got 2.0"),
 ])  # fmt: skip
 def test_wrong_views_are_told_in_a_line(values, message):
     with pytest.raises(ValueError, match=f"^{message}$"):

@@ -11,11 +11,13 @@ from arch_model import arch_model, bare_arch_model
 from rodatlas.atlas import SliceSettings
 from rodatlas.continuation import BVP, solve
 from rodatlas.continuation.problem.fingerprint import fingerprint
-from rodatlas.model import Control, Model, Quantity, Setting, model_named
+from rodatlas.model import Control, Model, Quantity, Setting, model_named, register
 from rodatlas.model.model import Source
 from rodatlas.model.orbit import fixing, group, is_alone, members, own_symmetries, same_state
 from rodatlas.paper.model import band
 from rodatlas.rods import Ends, state_at
+
+LOAD = Control("load", "q", "q", 0.0)
 
 
 def test_a_setting_is_a_value():
@@ -122,6 +124,47 @@ def test_the_identity_of_a_result_changes_with_the_problem():
     assert fingerprint(problem(1.0)) != fingerprint(problem(1.5))
 
 
+def test_the_identity_changes_with_units_and_functions():
+    """A file is not read for a control that means something else now, nor for another index."""
+    model = arch_model()
+    rise, load = model.controls
+    for other in (
+        replace(model, controls=(rise, replace(load, scale=1.0))), replace(model, index=lambda solution: 0),
+        replace(model, sources=(Source("others", lambda setting, tolerance, keep: ([], [])),)),
+        replace(model, pairing=()),
+    ):  # fmt: skip
+        assert other.identity() != model.identity()
+    assert replace(model).identity() == model.identity()
+
+
+@pytest.mark.parametrize(("changes", "message"), [
+    ({"controls": (LOAD, replace(LOAD, name="r"))}, "controls: expected one for each parameter, got two for 'q'"),
+    ({"controls": (replace(LOAD, scale=0.0),)}, "controls: expected a scale that is not 0, .* got 0 for load"),
+    ({"controls": (replace(LOAD, derived=True),)}, "controls: expected one that is not derived, got none"),
+    ({"quantities": (Quantity.of("a"), Quantity.of("a"))}, "quantities: expected names of their own, got 'a' twice"),
+    ({"name": "a/b"}, "name: expected a name that can be part of a file's, got 'a/b'"),
+])  # fmt: skip
+def test_models_that_cannot_work(changes, message):
+    with pytest.raises(ValueError, match=f"^{message}$"):
+        replace(arch_model(), **changes)
+
+
+@pytest.mark.parametrize(("changes", "message"), [
+    ({"controls": (Control("load", "qq", "q", 0.0),)}, "controls: expected names of the problem, q, h, N, got 'qq'"),
+    ({"free": ("M",)}, "free: expected names of the problem, q, h, N, got 'M'"),
+    ({"pairing": ("mirror",)}, "pairing: expected names of the problem, reversal, got 'mirror'"),
+    ({"order": ("b",)}, "order: expected names of the problem, a, got 'b'"),
+])  # fmt: skip
+def test_what_a_problem_lacks_is_told_when_it_is_made(changes, message):
+    with pytest.raises(ValueError, match=f"^{message}$"):
+        assert replace(arch_model(), **changes).problem
+
+
+def test_names_of_the_package_are_taken():
+    with pytest.raises(ValueError, match=r"^name: expected one that is no model's of the package, got 'band'$"):
+        register(lambda: replace(arch_model(), name="band"))
+
+
 def test_a_model_needs_controls_quantities_and_starts():
     load, seen = Control("load", "q", "q", 0.0), Quantity.of("a")
     source = Source("none", lambda setting, tolerance, keep: ([], []))
@@ -135,7 +178,7 @@ def test_a_slice_wants_a_range_where_none_is_usual():
     load, seen = Control("load", "q", "q", 0.0), Quantity.of("a")
     source = Source("none", lambda setting, tolerance, keep: ([], []))
     model = Model("m", arch_model().build, (load,), (seen,), (source,), free=("N",))
-    with pytest.raises(ValueError, match=r"^load-max: expected a finite number, got nan$"):
+    with pytest.raises(ValueError, match=r"^range: expected the least and largest load, .*, got none$"):
         SliceSettings.of(model)
     assert SliceSettings.of(model, low=0.0, high=2.0).anchor == 0.0
     with pytest.raises(ValueError, match=r"^load-min: expected a number from .* to below 2, .*, got 3.0$"):

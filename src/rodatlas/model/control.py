@@ -11,6 +11,7 @@ from rodatlas.continuation.checks import check_between
 
 Range = tuple[float, float]
 DEGREES = "deg"
+MARGIN = 0.02  # of the limits, that a usual range keeps from one which it would pass
 
 
 class Limits(NamedTuple):
@@ -109,6 +110,15 @@ class Control:
         bare = value - self.origin
         raw = math.radians(bare) if self.unit == DEGREES else bare / self.scale
         return raw - sum(parameters[name] for name in self.added)
+
+    def usual_within(self, setting: Mapping[str, float], wide: bool = False) -> Range | None:
+        """The usual range at a setting, or that for planes, inside the limits there; None where there is none."""
+        make = (self.wide or self.usual) if wide else self.usual
+        if make is None:
+            return None
+        (low, high), (least, most, _) = make(setting), self.limits(setting)
+        margin = MARGIN * (most - least) if math.isfinite(most - least) else 0.0
+        return (low if low > least else least + margin), (high if high < most else most - margin)
 
     def check(self, value: object, setting: Mapping[str, float]) -> float:
         """A value inside the limits at a setting.

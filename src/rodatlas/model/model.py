@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import TYPE_CHECKING, Any, NamedTuple, Protocol
@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple, Protocol
 from rodatlas.continuation import BVP, Branch, Solution
 from rodatlas.continuation.checks import WrongInput, check_type
 from rodatlas.files import exact
+from rodatlas.files.code import code_of
 from rodatlas.model.control import Control
 from rodatlas.model.quantity import Invariant, Quantity
 from rodatlas.model.setting import Setting
@@ -122,6 +123,36 @@ class Model:
                 raise WrongInput(field, f"expected at least one {kind.__name__}, got none")
             for value in values:
                 check_type(field, value, kind, f"{kind.__name__} objects")
+        self._check_controls()
+        for field in ("controls", "quantities", "sources"):
+            names = [value.name for value in getattr(self, field)]
+            if twice := next((name for name in names if names.count(name) > 1), ""):
+                raise WrongInput(field, f"expected names of their own, got '{twice}' twice")
+        if "/" in self.name or not self.name.strip():
+            raise WrongInput("name", f"expected a name that can be part of a file's, got '{self.name}'")
+
+    def _check_controls(self) -> None:
+        """Every parameter has one control that is not derived, and those that a control is added to come before it."""
+        held = [c for c in self.controls if not c.derived]
+        if not held:
+            raise WrongInput("controls", "expected one that is not derived, got none")
+        before: dict[str, Control] = {}
+        for control in held:
+            if control.parameter in before:
+                raise WrongInput("controls", f"expected one for each parameter, got two for '{control.parameter}'")
+            before[control.parameter] = control
+        for control in self.controls:
+            if control.scale == 0.0 or (control.unit == "deg" and control.scale != 1.0):
+                what = "a scale that is not 0, and none in degrees"
+                raise WrongInput("controls", f"expected {what}, got {control.scale:g} for {control.name}")
+            if control.derived:
+                known = before.get(control.parameter)
+                alike = known is not None and (known.unit, known.scale) == (control.unit, control.scale)
+                if not alike or any(name not in before for name in control.added):
+                    what = f"controls in one unit for what {control.name} is derived from"
+                    raise WrongInput("controls", f"expected {what}, got none")
+            elif control.added:
+                raise WrongInput("controls", f"expected none that is added to others but derived, got {control.name}")
 
     def __reduce__(self) -> tuple[Any, ...]:
         """To another process a model goes by its name: functions of a module cannot be sent."""
@@ -133,21 +164,42 @@ class Model:
         return model_named, (self.name, place)
 
     def identity(self) -> dict[str, object]:
-        """Name, and a digest of the problem unless its code is part of the package."""
+        """Name; and, unless its code is part of the package, digests of the problem and of what else is its own."""
         from rodatlas.continuation.problem.fingerprint import fingerprint
         from rodatlas.model.registry import place_of
 
         own = place_of(self).startswith("rodatlas.")
         found: dict[str, object] = {"model": self.name}
-        return found if own else {**found, "problem": fingerprint(self.problem)}
+        if own:
+            return found
+        plain = [repr((c.name, c.parameter, c.unit, c.scale, c.origin, c.added, c.default)) for c in self.controls]
+        plain += [repr((self.free, self.pairing, self.invariants, self.order, self.width))]
+        digests = {"problem": fingerprint(self.problem), "functions": code_of(*self._functions())}
+        return {**found, **digests, "controls": plain}
+
+    def _functions(self) -> list[Any]:
+        """All that is called."""
+        of_controls = [f for c in self.controls for f in (c.limits, c.usual, c.wide)]
+        own = [self.build, self.index, self.sign, self.references, self.search, self.nomenclature, self.ribbon]
+        return [*own, *(s.find for s in self.sources), *(q.read for q in self.quantities), *of_controls]
 
     def __repr__(self) -> str:
         return f"Model({self.name}: controls {', '.join(c.name for c in self.controls)})"
 
     @cached_property
     def problem(self) -> BVP:
-        """The boundary value problem."""
-        return self.build()
+        """The boundary value problem, which must have all that the model speaks of."""
+        found = self.build()
+        known: dict[str, tuple[Collection[str], Sequence[str]]] = {
+            "controls": (found.parameters, [p for c in self.controls for p in (c.parameter, *c.added)]),
+            "free": (found.parameters, self.free), "pairing": (found.symmetries, self.pairing or ()),
+            "invariants": (found.observables, [x.name for x in self.invariants]),
+            "order": (found.observables, self.order),
+        }  # fmt: skip
+        for field, (there, wanted) in known.items():
+            if missing := [name for name in wanted if name not in there]:
+                raise WrongInput(field, f"expected names of the problem, {', '.join(there)}, got '{missing[0]}'")
+        return found
 
     def restricted(self, group: Sequence[str]) -> Model:
         """The model with these pairing symmetries only: those that a whole diagram has.
@@ -206,6 +258,21 @@ class Model:
         for name in sorted(found, key=lambda name: name not in told):  # a default is not to blame for a given value
             self.control(name).check(found[name], found)
         return Setting(found)
+
+    def refuse_moved(self, varying: Control, values: Mapping[str, float]) -> None:
+        """Raise for a value of a derived control that would change as another one varies.
+
+        Raises
+        ------
+        WrongInput
+            naming the control that holds still instead.
+        """
+        for name in values:
+            control = self.control(name.replace("_", "-"))
+            if control.derived and varying.parameter in control.added:
+                held = self.holder(control.name).name
+                what = f"none where {varying.name} varies, since it would vary too: give {held}, which stays"
+                raise WrongInput(control.name, f"expected {what}, got {values[name]:g}")
 
     def holder(self, control: str) -> Control:
         """The control that settings hold for the parameter of a control: itself, unless it is derived."""

@@ -69,8 +69,8 @@ class Nomenclature(Protocol):
     @property
     def colors(self) -> Mapping[str, str]: ...
 
-    def applies(self, setting: Mapping[str, float], along: str) -> bool:
-        """Whether states of a diagram at a setting have these names."""
+    def applies(self, setting: Mapping[str, float], along: str, low: float, high: float) -> bool:
+        """Whether states of a slice at a setting, over a range of what varies, have these names."""
 
     def parts(self, branches: Sequence[Any], segments: Sequence[Any]) -> list[list[Part]]:
         """The named parts of each stable segment, with all branches at hand."""

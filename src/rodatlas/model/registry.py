@@ -39,8 +39,11 @@ def register(make: Callable[[], Model]) -> Callable[[], Model]:
     check_function("make", make)
     model = make()
     check_type("make", model, Model, "a function that returns a Model")
+    place = f"{make.__module__}:{make.__qualname__}"
+    if BUILT_IN.get(model.name, place) != place:
+        raise WrongInput("name", f"expected one that is no model's of the package, got '{model.name}'")
     _KNOWN[model.name] = model
-    _PLACES[model.name] = f"{make.__module__}:{make.__qualname__}"
+    _PLACES[model.name] = place
 
     @wraps(make)
     def known() -> Model:

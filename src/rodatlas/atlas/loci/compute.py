@@ -27,7 +27,7 @@ from rodatlas.continuation import (
 from rodatlas.continuation.checks import check_each, check_has, check_type
 from rodatlas.progress import Progress, tells
 
-FEW = 40  # points of a curve
+FEW, LEAST = 40, 3  # points of a curve: for a good spline, and to be a curve at all
 IMAGE = 6  # digits to which a bifurcation agrees with its image in a mirror
 Roles = dict[int, frozenset[tuple[str, str]]]
 
@@ -144,7 +144,8 @@ def _anchors(
     elsewhere = settings.tables.elsewhere
     for b in found.branches:
         for e in b.events:
-            if e.number is None or e.special.status is not Status.CONVERGED:
+            outside = not settings.low <= e.value <= settings.high
+            if e.number is None or e.special.status is not Status.CONVERGED or outside:
                 continue
             if place == first or (e.number in wanted and elsewhere.get(e.number) == place):
                 events.setdefault(e.number, []).append(e)
@@ -211,7 +212,9 @@ class _Work:
 
     def follow_others(self, found: Slice, place: float) -> None:
         """Add the curves of the bifurcations of another slice that lie on no known one; they have no numbers."""
-        events = [e for b in found.branches for e in b.events if e.special.status is Status.CONVERGED]
+        s = self._settings
+        found_there = [e for b in found.branches for e in b.events if s.low <= e.value <= s.high]
+        events = [e for e in found_there if e.special.status is Status.CONVERGED]
         for k, event in enumerate(events):
             if place_of(self.parts, event, self._settings) is None:
                 self._add(event, f"{place:g}-{k}", f" of the slice at {self._settings.second} {place:g}")
@@ -229,6 +232,9 @@ class _Work:
                 self.warnings.append(f"locus {key}: {error}")
                 return False
             self._cache.put(f"locus-{key}", curve, LOCUS)
+        if len(curve.points) < LEAST:
+            self.warnings.append(f"locus {key}: {curve.ends[1].value}")
+            return False
         self.curves.append(curve)
         self._ranks.append((False, self._settings.second_value(event.special.solution), event.number or 0))
         self.parts += stretches(curve, len(self.curves) - 1, self._settings)

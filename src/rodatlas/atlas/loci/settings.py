@@ -92,11 +92,17 @@ class PlaneSettings:
         others = [name for name in (*model.plane, *reversed(held)) if name != model.holder(along).name]
         second = others[0] if second is None else model.control(second, "second").name
         varying_names = (model.holder(along).name, model.holder(second).name)
+        for name in (along, second):
+            model.refuse_moved(model.control(name), values)
         whole = model.setting(**values)
         setting = whole.without(*varying_names)
         ranges: list[float] = []
         for name, (a, b) in ((along, (low, high)), (second, (second_low, second_high))):
-            usual = _range(model.control(name), whole) or (math.nan, math.nan)
+            usual = model.control(name).usual_within(whole, wide=True)
+            if usual is None and (a is None or b is None):
+                what = f"the least and largest {name}, which has no usual range"
+                raise WrongInput("range", f"expected {what}, got none")
+            usual = usual or (0.0, 0.0)
             ranges += [usual[0] if a is None else a, usual[1] if b is None else b]
         against = model.quantities[0].name if against is None else against
         return cls(model, setting, along, second, ranges[0], ranges[1], ranges[2], ranges[3], against, tolerance)
@@ -148,7 +154,7 @@ class PlaneSettings:
     def nomenclature(self) -> Nomenclature:
         """Who names states and numbers bifurcations."""
         known = self.model.nomenclature
-        there = known is not None and known.applies(self.setting, self.along)
+        there = known is not None and known.applies(self.setting, self.along, self.low, self.high)
         return known if known is not None and there else SeenNames(self.slice_at(self.anchor))
 
     @property
@@ -262,12 +268,6 @@ class PlaneSettings:
         return "-".join(parts)
 
 
-def _range(control: Control, setting: Mapping[str, float]) -> tuple[float, float] | None:
-    """The range that a plane has of a control if none is given."""
-    wide = control.wide or control.usual
-    return None if wide is None else wide(setting)
-
-
 def _power(length: float) -> float:
     """The power of ten next to a length."""
     return float(10.0 ** round(math.log10(length)))
@@ -316,7 +316,8 @@ class LociSettings(PlaneSettings):
         stem = self.stem_of("loci" + "".join(f"-{n}" for n in some))
         for control, low, high in ((self.second_control, self.second_low, self.second_high),
                                    (self.along_control, self.low, self.high)):  # fmt: skip
-            if (low, high) != _range(control, self.slice_at(self.anchor).whole_setting(self.along_control.default)):
+            at = self.slice_at(self.anchor).whole_setting(self.along_control.default)
+            if (low, high) != control.usual_within(at, wide=True):
                 stem += f"-{control.in_files}{exact(low)}to{exact(high)}"
         return stem
 

@@ -92,6 +92,7 @@ class SliceSettings:
         varying = model.holder(control.name).name
         if taken := {control.name, varying} & {name.replace("_", "-") for name in values}:
             raise WrongInput(min(taken), f"expected none, since the slice goes along {control.name}, got one")
+        model.refuse_moved(control, values)
         beside = {} if high is None or control.name != varying else {varying: high}  # others may need it to be large
         try:
             setting = model.setting(**values, **beside).without(varying)
@@ -99,8 +100,11 @@ class SliceSettings:
             if beside and error.field == varying:  # by the name by which it was given
                 raise WrongInput(f"{varying}-max", error.rest) from None
             raise
-        usual = control.usual(setting) if control.usual is not None else (math.nan, math.nan)
-        low, high = (use if given is None else given for given, use in zip((low, high), usual, strict=True))
+        usual = control.usual_within(setting)
+        if usual is None and (low is None or high is None):
+            what = f"the least and largest {control.name}, which has no usual range"
+            raise WrongInput("range", f"expected {what}, got none")
+        low, high = (use if given is None else given for given, use in zip((low, high), usual or (0, 0), strict=True))
         return cls(model, setting, control.name, low, high, model.quantities[0].name)
 
     def __repr__(self) -> str:
@@ -181,7 +185,7 @@ class SliceSettings:
     def named(self) -> bool:
         """Whether the nomenclature of the model knows the states of this slice."""
         known = self.model.nomenclature
-        return known is not None and known.applies(self.setting, self.along)
+        return known is not None and known.applies(self.setting, self.along, self.low, self.high)
 
     @cached_property
     def symmetries(self) -> tuple[str, ...]:
@@ -209,7 +213,7 @@ class SliceSettings:
         setting = self.model.setting(**{**self.setting, **values})
         setting = setting.without(self.model.holder(self.along).name)
         fits = self.control.limits(setting) == self.control.limits(self.setting)
-        low, high = (self.low, self.high) if fits or self.control.usual is None else self.control.usual(setting)
+        low, high = (self.low, self.high) if fits else self.control.usual_within(setting) or (self.low, self.high)
         return replace(self, setting=setting, low=low, high=high)
 
     def references(self) -> list[SliceSettings]:
@@ -256,7 +260,7 @@ class SliceSettings:
         held = [c.name for c in self.model.controls if not c.derived]
         if self.along != held[-1]:
             parts.append(f"along-{self.along}")
-        if self.control.usual is None or (self.low, self.high) != self.control.usual(self.setting):
+        if (self.low, self.high) != self.control.usual_within(self.setting):
             parts.append(f"{self.control.in_files}{exact(self.low)}to{exact(self.high)}")
         if self.against != self.model.quantities[0].name:
             parts.append(f"against-{self.against}")

@@ -41,9 +41,12 @@ class YuHanna:
     def __repr__(self) -> str:
         return "YuHanna()"
 
-    def applies(self, setting: Mapping[str, float], along: str) -> bool:
-        """Between clamps parallel to the width and tilted alike, along the shear."""
-        return along == "shear" and all(setting.get(name, 0.0) == 0.0 for name in EQUAL)
+    def applies(self, setting: Mapping[str, float], along: str, low: float, high: float) -> bool:
+        """Between clamps parallel to the width and tilted alike, along the shear.
+
+        The range has to hold zero: names and numbers tell what a state is at rest, and where it goes from there.
+        """
+        return along == "shear" and low <= 0.0 <= high and all(setting.get(name, 0.0) == 0.0 for name in EQUAL)
 
     def parts(self, branches: Sequence[Any], segments: Sequence[Any]) -> list[list[Part]]:
         """Named parts of stable segments, see :mod:`rodatlas.paper.names.segments`."""

@@ -21,14 +21,17 @@ from rodatlas.continuation import (
     Status,
     StepControl,
     TraceOptions,
+    image,
     switch,
+    switch_all,
     trace,
 )
 from rodatlas.model import Model, Seed
 from rodatlas.model.model import Source
-from rodatlas.model.orbit import group, own_symmetries, same_state
+from rodatlas.model.orbit import group, own_symmetries, pairing, same_state
 from rodatlas.progress import Progress
 
+SHARES = (0.3, 0.55, 0.8)  # of a branch, at which it is compared with others: one may lie at a bifurcation
 EARLY = (EndReason.MIN_STEP, EndReason.MESH_LIMIT, EndReason.POINT_LIMIT, EndReason.UNREFINED, EndReason.ROUND_OFF)
 """Ends of branches that a reader should know of."""
 Reference = Callable[[SliceSettings], list[tuple[str, Branch]] | None]
@@ -165,6 +168,7 @@ def follow_slice(
         _follow_all(frontier, seeds, "carried", cache, say)
     if carry and settings.search and settings.model.search is not None:
         _follow_found(frontier, cache, say)
+    _follow_images(frontier, cache, say)
     if not frontier.branches:
         frontier.warnings.append(
             "no branch: no start of the model could be followed to this setting, perhaps since a fold lies on the way; "
@@ -225,6 +229,24 @@ def _follow_found(frontier: Frontier, cache: Cache, say: _Reporter) -> None:
         frontier.searches.append(found)
         seeds = [Seed(f"found@{value:g}.{k}", state) for k, state in enumerate(found.seeds, 1)]
         _follow_all(frontier, seeds, "search", cache, say)
+
+
+def _follow_images(frontier: Frontier, cache: Cache, say: _Reporter) -> None:
+    """Images of branches under further symmetries of the slice, where they are on no branch yet.
+
+    Without shear, say, the shear mirror makes another branch of each one that is not its own image, along any control
+    but the shear; starts need not have met both.
+    """
+    settings = frontier.settings
+    problem = settings.model.problem
+    for symmetry in (name for name in settings.symmetries if name not in pairing(settings.model)):
+        seeds = []
+        for f in frontier.branches:
+            states = [f.branch.points[int(share * len(f.branch))].solution for share in SHARES]
+            new = [image(problem, symmetry, state) for state in states]
+            if not any(lies_on(g.branch, state, settings) for state in new for g in frontier.branches):
+                seeds.append(Seed(f"{f.id}'", new[1]))
+        _follow_all(frontier, seeds, symmetry, cache, say)
 
 
 def _follow_all(frontier: Frontier, seeds: Iterable[Seed], source: str, cache: Cache, say: _Reporter) -> None:
@@ -292,7 +314,23 @@ def _follow_side_branches(frontier: Frontier, start: int, options: TraceOptions,
                 frontier.warnings.append(f"branch {parent.id}: {special!r}: its side branch is missing")
                 continue
             _follow_other(frontier, parent, number, options, cache, say)
+            if special.multiplicity > 1:
+                _follow_rays(frontier, parent, number, options, say)
         at += 1
+
+
+def _follow_rays(frontier: Frontier, parent: Followed, number: int, options: TraceOptions, say: _Reporter) -> None:
+    """The further curves through a multiple branch point that are on no branch yet, by all rays that leave it."""
+    settings = frontier.settings
+    special = parent.branch.special[number]
+    say(f"branches at a multiple branch point of {parent.id}")
+    for k, branch in enumerate(switch_all(settings.model.problem, special, settings.free, options)):
+        middle = branch.points[len(branch) // 2].solution
+        known = len(branch) < 3 or any(lies_on(f.branch, middle, settings) for f in frontier.branches)
+        if not known:
+            ident = f"{parent.id}.{number + 1}-{k + 1}"
+            origin = (parent.id, number)
+            frontier.add(Followed.by(settings.local, ident, branch, middle, origin, parent.source))
 
 
 def _follow_other(

@@ -14,6 +14,7 @@ from rodatlas.atlas.slices.settings import SliceSettings
 from rodatlas.continuation import Solution
 
 SHARES = (0.0, 0.3, 0.5, 0.62, 0.72, 0.86)  # of the reach of what varies
+OF_RANGE, FEWEST = (0.04, 0.22, 0.41, 0.59, 0.78, 0.96), 4
 
 
 class Found(NamedTuple):
@@ -25,10 +26,16 @@ class Found(NamedTuple):
 
 
 def searched_values(settings: SliceSettings) -> tuple[float, ...]:
-    """Where a slice is searched: shares of the reach, rounded, inside its range; of a range between them its middle."""
+    """Where a slice is searched: shares of the reach, rounded, inside its range.
+
+    Where fewer than `FEWEST` of these lie in the range, and no nomenclature says what there is, shares of the range.
+    """
     values = (round(settings.part(share), 3) for share in SHARES)
     inside = tuple(value for value in values if settings.low <= value <= settings.high)
-    return inside or (0.5 * (settings.low + settings.high),)
+    if len(inside) >= FEWEST or (inside and settings.named):
+        return inside
+    length = settings.high - settings.low
+    return tuple(float(f"{settings.low + share * length:.6g}") for share in OF_RANGE)
 
 
 def search_at(value: float, settings: SliceSettings, cache: Cache) -> Found:

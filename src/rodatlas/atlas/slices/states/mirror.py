@@ -7,13 +7,11 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from rodatlas.atlas.slices.branches.follow import Followed
+from rodatlas.atlas.slices.branches.follow import SHARES, Followed
 from rodatlas.atlas.slices.branches.match import lies_on
 from rodatlas.atlas.slices.settings import SliceSettings
 from rodatlas.continuation import SpecialPoint, broken_at, image
 from rodatlas.model.orbit import pairing
-
-SHARES = (0.3, 0.55, 0.8)  # of a branch, at which it is compared with others: one may lie at a bifurcation
 
 
 def further_symmetries(settings: SliceSettings) -> tuple[str, ...]:

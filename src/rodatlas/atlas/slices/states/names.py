@@ -33,7 +33,7 @@ class SeenNames:
         self._settings = settings
         self.colors: Mapping[str, str] = {}
 
-    def applies(self, setting: object, along: str) -> bool:
+    def applies(self, setting: object, along: str, low: float, high: float) -> bool:
         """It knows every setting."""
         return True
 
