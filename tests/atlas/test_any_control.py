@@ -92,8 +92,8 @@ def test_a_shear_that_only_larger_compressions_allow():
     ({"against": "hight"}, "against: expected one of height, .*, moment-z, got 'hight'"),
     ({"along": "angle", "angle": 15.0}, "angle: expected none, since the slice goes along angle, got one"),
     ({"along": "angle-left", "turn_left": 15.0}, "turn-left: expected none, since the slice goes along angle-left, .*"),
-    ({"along": "compression", "shear": 0.9, "high": 0.5}, "compression: expected a number between 0.564110, .* 0.5"),
-    ({"along": "compression", "high": 2.0}, "compression: expected a number between 0 and 1 .*, got 2.0"),
+    ({"along": "compression", "shear": 0.9, "high": 0.5}, "compression-max: expected a number .* 0.564110, .* 0.5"),
+    ({"along": "compression", "high": 2.0}, "compression-max: expected a number between 0 and 1 .*, got 2.0"),
 ])  # fmt: skip
 def test_wrong_views_are_told_in_a_line(values, message):
     with pytest.raises(ValueError, match=f"^{message}$"):
