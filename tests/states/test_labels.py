@@ -2,7 +2,7 @@
 
 import pytest
 
-from rodatlas.states.labels import Wanted, bare_name, chosen, in_file_name, labels, parse_label
+from rodatlas.states.labels import Wanted, chosen, in_file_name, labels, parse_label
 
 
 def test_labels_are_read():
@@ -42,5 +42,4 @@ def test_a_choice_is_never_silent():
 
 
 def test_parts_of_labels():
-    assert (bare_name("W:2"), bare_name("US+")) == ("W", "US+")
     assert in_file_name("W:2") == "W-2"

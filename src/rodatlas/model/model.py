@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import TYPE_CHECKING, Any, NamedTuple, Protocol
@@ -300,10 +300,6 @@ class Model:
         """Free parameters of a branch or locus along which some controls vary."""
         return (*(self.control(name).parameter for name in controls), *self.free)
 
-    def setting_of(self, solution: Solution) -> Setting:
-        """The setting that a solution belongs to."""
-        return Setting({c.name: self.value(c.name, solution) for c in self.controls if not c.derived})
-
     # -- members of a state -------------------------------------------------------------------------------------------
 
     def sign_of(self, solution: Solution) -> str:
@@ -380,8 +376,3 @@ class Model:
 def parameters_of(solution: Solution) -> dict[str, float]:
     """Parameters of a solution by name."""
     return dict(zip(solution.parameter_names, solution.parameters.tolist(), strict=True))
-
-
-def names_of(things: Iterable[Control | Quantity]) -> list[str]:
-    """Names, for messages and options."""
-    return [thing.name for thing in things]

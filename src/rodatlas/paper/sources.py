@@ -2,19 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from collections.abc import Iterable
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from rodatlas.atlas.unfinished import Say
+from rodatlas.atlas.unfinished import silent as told_nobody
 from rodatlas.progress import Progress, silent
 
 if TYPE_CHECKING:
     from rodatlas.atlas import Loci, Slice, SliceSettings
     from rodatlas.atlas.phase.result import PhaseDiagram
-
-
-def _told_nobody(line: str) -> None:
-    pass
 
 
 class Sources:
@@ -28,7 +26,7 @@ class Sources:
     """
 
     def __init__(
-        self, folder: Path, workers: int = 1, report: Progress | None = None, say: Callable[[str], None] = _told_nobody,
+        self, folder: Path, workers: int = 1, report: Progress | None = None, say: Say = told_nobody,
         *, fresh: bool = False,
     ):  # fmt: skip
         self.folder, self.workers, self.report = folder, workers, report or silent

@@ -131,11 +131,6 @@ def look(solution: Solution) -> str:
     return f"energy {solution['energy']:.6g}, height {solution['height']:.5g}, dE/d(dD) {slope(solution):.4g}"
 
 
-def bare_name(label: str) -> str:
-    """The name in a label: 'W' of 'W:2'."""
-    return label.partition(SEPARATOR)[0]
-
-
 def in_file_name(label: str) -> str:
     """A label as a part of a file name, in which some systems allow no colon."""
     return label.replace(SEPARATOR, "-")

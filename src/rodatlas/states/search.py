@@ -12,7 +12,6 @@ from rodatlas.states.shooting import PLANS, Shots, all_shots, shoot
 from rodatlas.states.starts import Starts, random_forces, relaxed
 
 CHUNK = 64  # starts that one thread works on at a time; results do not depend on who did which
-KINDS = ("relaxed", "partly relaxed", "forces")
 
 
 def default_threads() -> int:
@@ -28,7 +27,8 @@ def hunt(
     Parameters
     ----------
     law : of the perfectly anisotropic rod.
-    sign : class, +1 or -1. kind : of `KINDS`. rows : places in the sequence, one for each start.
+    sign : class, +1 or -1. kind : 'relaxed', 'partly relaxed' or 'forces'.
+    rows : places in the sequence, one for each start.
     force : range of random forces [GJ/L^2]. threads : the result is the same for every number.
     """
     make: Callable[[range], Starts] = {

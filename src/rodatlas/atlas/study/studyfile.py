@@ -11,7 +11,6 @@ value:
 from __future__ import annotations
 
 import itertools
-import re
 import tomllib
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import MISSING, fields
@@ -239,6 +238,7 @@ _EXPECTED = {
     "missing": "a value", "finite_number": "a finite number", "too_short": "at least one value",
     "model_type": "a table", "model_attributes_type": "a table", "tuple_type": "a list",
 }  # fmt: skip
+_BOUNDS = {"ge": "a number of at least", "le": "a number of at most", "gt": "a number above"}
 
 
 def _lines(error: ValidationError, models: frozenset[str]) -> Iterable[str]:
@@ -253,8 +253,9 @@ def _lines(error: ValidationError, models: frozenset[str]) -> Iterable[str]:
         elif kind == "missing":
             yield f"{path}: expected a value, got none"
         else:
-            words = re.sub(r"^Input should be", "", e["msg"]).strip()
-            yield f"{path}: expected {_EXPECTED.get(kind, words)}, got {got!r}"
+            bounds = e.get("ctx", {})
+            number = " and ".join(f"{words} {bounds[key]:g}" for key, words in _BOUNDS.items() if key in bounds)
+            yield f"{path}: expected {_EXPECTED.get(kind) or number or 'another value'}, got {got!r}"
 
 
 def _names(location: Sequence[str | int], models: frozenset[str]) -> Iterable[str]:

@@ -53,7 +53,7 @@ def draw_insets(drawn: Drawn, ax: Axes, *, leaders: np.ndarray | None = None) ->
             continue
         (x0, x1), (y0, y1) = window
         seen = to_points(ax, np.array([[x0, y0], [x1, y1]]))
-        box = _free_place(seen, np.concatenate([drawn.obstacles.points, lines]), drawn, ax)
+        box = _free_place(seen, np.concatenate([drawn.obstacles.points, lines]), drawn)
         if box is None or box[1, 1] - box[0, 1] < LEAST * (seen[1, 1] - seen[0, 1]):
             continue
         ax.add_patch(Rectangle((x0, y0), x1 - x0, y1 - y0, fc="none", ec=INK, lw=0.45, zorder=4.2, gid="window"))
@@ -83,7 +83,7 @@ def _window(overlap: Overlap, extent: np.ndarray) -> Window | None:
     return (float(low[0]), float(high[0])), (float(low[1]), float(high[1]))
 
 
-def _free_place(seen: np.ndarray, points: np.ndarray, drawn: Drawn, ax: Axes) -> np.ndarray | None:
+def _free_place(seen: np.ndarray, points: np.ndarray, drawn: Drawn) -> np.ndarray | None:
     """Lower left and upper right corner (2, 2) of a panel where nothing is covered, near its window `seen`."""
     from scipy.spatial import KDTree
 
