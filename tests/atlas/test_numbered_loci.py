@@ -7,7 +7,6 @@ import numpy as np
 import pytest
 
 from rodatlas.atlas import Loci, compute_loci
-from rodatlas.atlas.cache import MemoryCache
 from rodatlas.atlas.loci.compute import _anchors
 from rodatlas.cli import main
 from rodatlas.continuation import EndReason, Status, StepControl, TraceOptions, follow_locus, trace
@@ -118,7 +117,7 @@ def test_a_locus_meets_the_slice_at_30_degrees_exactly(slice_15, slice_30):
     assert met.solution["dD"] == pytest.approx(other, abs=1e-7)
 
 
-class Followed(MemoryCache):
+class Followed:
     """The curves of other loci under the names by which they are asked for, and which were."""
 
     def __init__(self, loci):
@@ -127,6 +126,9 @@ class Followed(MemoryCache):
     def get(self, key, form):
         self.asked.add(key)
         return self.loci.curves[self.loci.numbered(int(key.rpartition("-")[2])).curve]
+
+    def put(self, key, part, form):
+        raise AssertionError(f"{key} was followed again")
 
 
 @pytest.mark.parametrize("numbers", [(n,) for n in NUMBERS] + [(4, 12), (3, 14), (6, 13, 18)])
