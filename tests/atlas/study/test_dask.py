@@ -39,6 +39,13 @@ class Cluster:
             "--local-directory", str(local),
         )  # fmt: skip
 
+    def wait(self):
+        """Until the first worker is there."""
+        from distributed import Client
+
+        with Client(self.address, set_as_default=False) as client:
+            client.wait_for_workers(1, timeout=60)
+
     def _start(self, which, *arguments):
         command = [sys.executable, "-m", f"distributed.cli.dask_{which}", *arguments]
         paths = os.pathsep.join([str(HERE), os.environ.get("PYTHONPATH", "")])
@@ -120,6 +127,7 @@ def test_a_task_that_takes_its_workers_with_it_is_given_up(cluster, tmp_path):
 def test_workers_that_see_another_folder_are_named(cluster, tmp_path, monkeypatch):
     """As if the folder here were not that of the same name there: the mark in it is not the one of this run."""
     cluster.worker()
+    cluster.wait()
     monkeypatch.setattr("rodatlas.atlas.study.run.write_plan", lambda folder, study: "a run that nobody knows")
     with pytest.raises(ValueError, match=r"scheduler: expected workers that can do this study, got: worker .*:\d+ does "
                                          r"not see the folder .* of the study .* all workers share"):  # fmt: skip
@@ -161,3 +169,19 @@ def test_a_scheduler_that_dies_ends_the_study_and_keeps_what_is_finished(tmp_pat
     again = run_study(study, tmp_path / "out", workers=1)
     assert [o.status.value for o in again.outcomes].count("reused") >= len(done)
     assert not again.failed
+
+
+def test_a_worker_that_goes_while_it_is_asked_is_left_out(tmp_path):
+    """Dask hands back the broken connection in place of an answer: it says nothing about the worker's folder."""
+    from rodatlas.atlas.study.cluster import _check_workers
+
+    class Client:
+        def run(self, *arguments, **keywords):
+            return {"tcp://127.0.0.1:1": "", "tcp://127.0.0.1:2": ConnectionResetError("stream closed")}
+
+        def scheduler_info(self):
+            return {"address": "tcp://127.0.0.1:9"}
+
+    told = []
+    _check_workers(Client(), tmp_path, "run", told.append)
+    assert told == ["1 workers at tcp://127.0.0.1:9"]

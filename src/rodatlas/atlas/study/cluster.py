@@ -139,7 +139,12 @@ def _options(settings: ClusterSettings) -> dict[str, Any]:
 
 def _check_workers(client: Client, folder: Path, run: str, tell: Callable[[str], None]) -> None:
     """Whether the workers that are there see the folder and run this program; those that come later check it too."""
-    found = client.run(_place_error, str(folder), run, __version__, on_error="return")
+    try:
+        answers = client.run(_place_error, str(folder), run, __version__, on_error="return")
+    except OSError as error:
+        raise ValueError(f"scheduler: expected one that answers, got {' '.join(str(error).split())}") from None
+    # a broken connection in place of an answer: the worker has gone
+    found = {worker: answer for worker, answer in answers.items() if not isinstance(answer, OSError)}
     wrong = sorted({" ".join(str(error).split()) for error in found.values() if error})
     if wrong:
         raise ValueError(f"scheduler: expected workers that can do this study, got: {'; '.join(wrong)}")
