@@ -12,6 +12,7 @@ class Interrupt(KeyboardInterrupt):
     pass
 
 
+@pytest.mark.slow
 def test_interrupted_loci_resume(tmp_path, slice_15, loci):
     slice_15.save(tmp_path / "slice-15.h5")
     said, stem = [], band_loci().stem(loci.wanted)

@@ -1,10 +1,13 @@
 """Slices carry states from the slice at 15 degrees; one that the folder has already gives the same result."""
 
+import pytest
+
 from rodatlas.atlas import compute_slice
 from rodatlas.atlas.slices.obtain import obtain_slice
 from rodatlas.paper.model import band_slice
 
 
+@pytest.mark.slow
 def test_the_reference_is_read_from_the_folder(tmp_path):
     """What is there is not followed again: no branch of the reference is begun."""
     settings = band_slice(30.0, shear_max=0.4, search=0)

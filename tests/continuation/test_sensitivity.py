@@ -101,6 +101,7 @@ def test_gelfands_folds_against_their_locus_and_recomputed_points() -> None:
         assert slope == pytest.approx(start.tangent[0] / start.tangent[1], rel=1e-6)
 
 
+@pytest.mark.slow
 def test_units_do_not_matter() -> None:
     bvp = BVP(
         lambda s, u, p: [u.v, -p.lam * np.exp(u.u) + p.load / 1e6], lambda left, right, p: [left.u - p.end, right.u],
