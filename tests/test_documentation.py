@@ -21,12 +21,11 @@ from pkgutil import resolve_name
 from typing import NamedTuple
 
 import pytest
-import typer
 
 import rodatlas
+from command_options import COMMANDS, options_of
 from rodatlas.atlas.study.studyfile import parse_study
 from rodatlas.cli import main
-from rodatlas.cli.app import app
 
 ROOT = Path(__file__).parents[1]
 PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").rglob("*.md"))]
@@ -167,8 +166,7 @@ def mentioned(page: Path) -> Iterator[list[str]]:
 
 
 def options_of_commands() -> dict[str, set[str]]:
-    commands = typer.main.get_command(app).commands  # type: ignore[attr-defined]
-    return {name: {o for p in command.params for o in p.opts} for name, command in commands.items()}
+    return {name: {o for p in [*one.params, *options_of(name)] for o in p.opts} for name, one in COMMANDS.items()}
 
 
 @pytest.mark.parametrize("page", PAGES, ids=name_of)

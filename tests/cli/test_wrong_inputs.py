@@ -13,12 +13,11 @@ from pathlib import Path
 import pytest
 from typer.core import TyperArgument, TyperOption
 
+from command_options import COMMANDS, options_of
 from rodatlas.cli import main
 from rodatlas.cli.command import KINDS
-from rodatlas.cli.entry import command
 from rodatlas.continuation import Solution
 
-COMMANDS = command().commands
 BASE = {
     "slice": ["--angle", "15"], "loci": [], "phase": [], "band": [], "paper": ["--figure", "setup"],
     "solve": ["--angle", "15", "--shear", "0.2", "--state", "U"], "states": ["--angle", "15", "--shear", "0.2"],
@@ -72,6 +71,8 @@ TOGETHER = [  # wrong only together
     (["slice", "--angle", "15", "--from", "0.4", "--to", "0.2"], "from: expected a number below that of --to, 0.2"),
     (["slice", "--angle", "15", "--along", "lambda"], "along: expected one of poisson, compression, angle, "),
     (["slice", "--angle", "15", "--against", "mass"], "against: expected one of height, energy, force-x, "),
+    (["slice", "--angle", "15", "--turn-left", "3", "--angle-left", "9"], "angle-left: expected no --angle beside"),
+    (["slice", "--angle", "15", "--model", "arc"], "model: expected one of band, got 'arc'"),
     (["slice", "--angle", "15", "--angle-left", "20"], "angle-left: expected no --angle beside --angle-left, got both"),
     (["slice", "--angle-left", "20"], "angle-right: expected --angle-right beside --angle-left, got none"),
     (["loci", "--in", "compression,shear"], "angle: expected --angle, or --angle-left and --angle-right, got none"),
@@ -102,7 +103,7 @@ TOGETHER = [  # wrong only together
     (["states", "--shear", "0", "--angle-left", "181", "--angle-right", "0"], "angle-left: expected degrees between"),
     (["states", "--shear", "0.5", "--angle", "20", "--offset", "0.8"], "shear: expected a number of size below 0.33"),
     (["slice"], "angle: expected --angle, or --angle-left and --angle-right, got none"),
-    (["solve"], "Missing option"), (["states", "--angle", "1"], "Missing opt"),
+    (["solve"], "Missing option '--state'"), (["states", "--angle", "1"], "Missing opt"),
     (["export", "u.h5"], "Missing option '--out'"), (["export"], "Missing argument"), (["show"], "Missing argument"),
     (["study", "study.toml"], "Missing option '--out'"), (["slyce"], "No such command 'slyce'"),
     (["--angle", "15"], "No such option"), (["show", "folder", "more"], "Got unexpected extra argument"),
@@ -114,7 +115,7 @@ TOGETHER = [  # wrong only together
 
 def options(name: str) -> Iterator[TyperOption]:
     """Options of a command that take a value."""
-    return (p for p in COMMANDS[name].params if isinstance(p, TyperOption) and not p.is_flag)
+    return (p for p in options_of(name) if not p.is_flag)
 
 
 def without(arguments: list[str], option: str) -> list[str]:

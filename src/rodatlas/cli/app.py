@@ -10,6 +10,7 @@ import typer
 
 from rodatlas import __version__
 from rodatlas.cli.command import CONTEXT, Command, Group, argument, flag, given, option
+from rodatlas.cli.controls import ModelCommand, fixed_in
 from rodatlas.cli.output import json_target
 
 ENDINGS = """\b
@@ -32,23 +33,16 @@ app = typer.Typer(
     epilog=ENDINGS,
 )
 command = partial(app.command, cls=Command, context_settings=CONTEXT)
+model_command = partial(app.command, cls=ModelCommand, context_settings=CONTEXT)
 
-Angle = Annotated[
-    str | None, option("--angle", kind="DEGREES", help="Clamp angle psi0, 0 <= angle < 90.", default="none")
-]
 Shear = Annotated[str, option("--shear", kind="NUMBER", help="Shear dD.")]
 COMPRESSION = "dL, between 0 and 1; the ends are 1 - dL apart along x."
 POISSON = "Poisson's ratio of the band, -1 < nu <= 0.5."
 Compression = Annotated[str, option(kind="NUMBER", help=COMPRESSION)]
-FixedCompression = Annotated[str | None, option("--compression", kind="NUMBER", help=COMPRESSION, default="0.5")]
-FixedPoisson = Annotated[str | None, option("--poisson", kind="NUMBER", help=POISSON, default="0.25")]
 Poisson = Annotated[str, option(kind="NUMBER", help=POISSON)]
-PlaneAngle = Annotated[
-    str | None, option("--angle", kind="DEGREES", help="Clamp angle psi0 of another plane.", default="it varies")
-]
-PlaneShear = Annotated[str | None, option("--shear", kind="NUMBER", help="Shear dD of another plane.", default="0")]
 In = Annotated[
-    str | None, option("--in", kind="NAME", help="Two controls such as compression,shear.", default="angle,shear")
+    str | None,
+    option("--in", kind="NAME", help="Two controls such as compression,shear.", default="for the band angle,shear"),
 ]
 AnyAngle = Annotated[
     str | None,
@@ -69,8 +63,6 @@ OFFSET = "dY, by which the right clamp lies higher along y."
 TWIST = "Turn of the right clamp about its tangent, -720 to 720."
 Offset = Annotated[str, option("--offset", kind="NUMBER", help=OFFSET)]
 Twist = Annotated[str, option("--twist", kind="DEGREES", help=TWIST)]
-FixedOffset = Annotated[str | None, option("--offset", kind="NUMBER", help=OFFSET, default="0")]
-FixedTwist = Annotated[str | None, option("--twist", kind="DEGREES", help=TWIST, default="0")]
 Tolerance = Annotated[
     str, option("--tol", kind="NUMBER", help="Largest error at mesh points, relative to each unknown, 1e-10 to 1e-6.")
 ]
@@ -101,20 +93,11 @@ def root(
         print(context.get_help())
 
 
-@command("slice")
+@model_command("slice")
 def slice_command(
-    angle: Angle = None,
-    compression: FixedCompression = None,
-    poisson: FixedPoisson = None,
-    shear: Annotated[
-        str | None, option(kind="NUMBER", help="Shear dD, where another control varies.", default="0")
-    ] = None,
-    angle_left: AngleLeft = None,
-    angle_right: AngleRight = None,
-    twist: FixedTwist = None,
-    offset: FixedOffset = None,
+    context: typer.Context,
     along: Annotated[
-        str | None, option(kind="NAME", help="Control that varies: compression, angle ..", default="shear")
+        str | None, option(kind="NAME", help="Control that varies: compression, angle ..", default="for the band shear")
     ] = None,
     low: Annotated[
         str | None, option("--from", kind="NUMBER", help="Least value of what varies.", default="usual for it")
@@ -123,7 +106,8 @@ def slice_command(
         str | None, option("--to", kind="NUMBER", help="Largest value of what varies.", default="usual for it")
     ] = None,
     against: Annotated[
-        str | None, option(kind="NAME", help="Quantity that is shown: energy, force-x ..", default="height")
+        str | None,
+        option(kind="NAME", help="Quantity that is shown: energy, force-x ..", default="for the band height"),
     ] = None,
     shear_max: Annotated[
         str | None, option(kind="NUMBER", help="Largest shear dD.", default="0.9469 of the limiting shear")
@@ -152,16 +136,13 @@ def slice_command(
     from rodatlas.cli.setting import Range
     from rodatlas.cli.slice import run
 
-    fixed = {
-        "angle": angle, "compression": compression, "poisson": poisson, "shear": shear, "angle-left": angle_left,
-        "angle-right": angle_right, "twist": twist, "offset": offset,
-    }  # fmt: skip
     where = Range(along, low, high, against, shear_max, shear_min)
-    run(fixed, where, tol, search, out, json_target(json_to, overwrite), fresh, overlay, band)
+    run(fixed_in(context), where, tol, search, out, json_target(json_to, overwrite), fresh, overlay, band)
 
 
-@command("loci")
+@model_command("loci")
 def loci_command(
+    context: typer.Context,
     number: Annotated[
         list[str] | None,
         option("--number", kind="INTEGER", help="Number of a bifurcation, 0 to 18; may be repeated.", default="all"),
@@ -171,14 +152,6 @@ def loci_command(
     angle_max: Annotated[
         str | None, option("--angle-max", kind="DEGREES", help="Largest clamp angle, 15 to below 90.", default="80")
     ] = None,
-    angle: PlaneAngle = None,
-    shear: PlaneShear = None,
-    compression: FixedCompression = None,
-    poisson: FixedPoisson = None,
-    angle_left: AngleLeft = None,
-    angle_right: AngleRight = None,
-    twist: FixedTwist = None,
-    offset: FixedOffset = None,
     tol: Tolerance = "1e-8",
     out: Out = "out",
     fresh: Fresh = False,
@@ -190,15 +163,12 @@ def loci_command(
 
     if everything and number:
         raise ValueError("all: expected no --number beside --all, got one")
-    fixed = {
-        "angle": angle, "compression": compression, "poisson": poisson, "shear": shear, "angle-left": angle_left,
-        "angle-right": angle_right, "twist": twist, "offset": offset,
-    }  # fmt: skip
-    run(number or [], fixed, where, angle_max, tol, out, json_target(json_to, overwrite), fresh)
+    run(number or [], fixed_in(context), where, angle_max, tol, out, json_target(json_to, overwrite), fresh)
 
 
-@command("phase")
+@model_command("phase")
 def phase_command(
+    context: typer.Context,
     where: In = None,
     angle_min: Annotated[
         str | None, option("--angle-min", kind="DEGREES", help="Smallest clamp angle, 0 to 89.", default="0")
@@ -206,14 +176,6 @@ def phase_command(
     angle_max: Annotated[
         str | None, option("--angle-max", kind="DEGREES", help="Largest clamp angle, below 90.", default="80")
     ] = None,
-    angle: PlaneAngle = None,
-    shear: PlaneShear = None,
-    compression: FixedCompression = None,
-    poisson: FixedPoisson = None,
-    angle_left: AngleLeft = None,
-    angle_right: AngleRight = None,
-    twist: FixedTwist = None,
-    offset: FixedOffset = None,
     tol: Tolerance = "1e-8",
     workers: Annotated[str, option(kind="INTEGER", help="Number of processes that compute slices.")] = "2",
     out: Out = "out",
@@ -224,30 +186,19 @@ def phase_command(
     """Map the plane of two controls, clamp angle and shear by default: loci, regions of stability, events."""
     from rodatlas.cli.phase import run
 
-    fixed = {
-        "angle": angle, "compression": compression, "poisson": poisson, "shear": shear, "angle-left": angle_left,
-        "angle-right": angle_right, "twist": twist, "offset": offset,
-    }  # fmt: skip
-    run(fixed, where, angle_min, angle_max, tol, workers, out, json_target(json_to, overwrite), fresh)
+    run(fixed_in(context), where, angle_min, angle_max, tol, workers, out, json_target(json_to, overwrite), fresh)
 
 
-@command("solve")
+@model_command("solve")
 def solve_command(
-    shear: Shear,
+    context: typer.Context,
     state: Annotated[
         str,
         option(kind="NAME", help="Name: U, W, w, uUu, uUui; of a pair US+, US-, TU+ ..; of several W:1, W:2."),
     ],
-    angle: Angle = None,
     out: Annotated[
         str | None, option(kind="FILE", help="File for the solution, .h5 and .csv.", default="in out/, by its name")
     ] = None,
-    compression: FixedCompression = None,
-    poisson: FixedPoisson = None,
-    angle_left: AngleLeft = None,
-    angle_right: AngleRight = None,
-    twist: FixedTwist = None,
-    offset: FixedOffset = None,
     tol: Tolerance = "1e-8",
     folder: Annotated[
         str | None, option("--from", kind="FOLDER", help="Folder of a slice to use.", default="out, if it has one")
@@ -257,11 +208,7 @@ def solve_command(
     """Compute one named stable state and print its observables."""
     from rodatlas.cli.solve import run
 
-    fixed = {
-        "angle": angle, "compression": compression, "poisson": poisson, "angle-left": angle_left,
-        "angle-right": angle_right, "twist": twist, "offset": offset,
-    }  # fmt: skip
-    run(fixed, shear, state, out, tol, folder, overwrite)
+    run(fixed_in(context), state, out, tol, folder, overwrite)
 
 
 @command("states")

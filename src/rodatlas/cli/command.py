@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import copy
+from collections.abc import Iterable
 from typing import Any
 
 import typer
@@ -23,11 +24,19 @@ class Command(TyperCommand):
 
     def format_options(self, ctx: Any, formatter: Any) -> None:
         arguments = [(str(a.metavar), f"{a.help}  [required]") for a in self.params if isinstance(a, TyperArgument)]
-        options = [p.get_help_record(ctx) for p in self.get_params(ctx) if not isinstance(p, TyperArgument)]
-        for title, rows in (("Arguments", arguments), ("Options", [row for row in options if row])):
+        for title, rows in (("Arguments", arguments), *self.sections(ctx)):
             if rows:
                 with formatter.section(title):
                     formatter.write_dl(rows)
+
+    def sections(self, ctx: Any) -> list[tuple[str, list[tuple[str, str]]]]:
+        """Options under their headings, each as it is typed and what it does."""
+        return [("Options", records(self.get_params(ctx), ctx))]
+
+
+def records(params: Iterable[Any], ctx: Any) -> list[tuple[str, str]]:
+    """Options as they are typed, and what each does."""
+    return [row for p in params if not isinstance(p, TyperArgument) and (row := p.get_help_record(ctx))]
 
 
 class Group(TyperGroup):
@@ -43,14 +52,14 @@ def _refuse_repeated(command: Command, context: Any, args: list[str]) -> None:
 
     The arguments are read once more, by a twin of the command whose options gather all their values.
     """
-    twin, single = copy.copy(command), {}
-    twin.params = []
-    for known in command.params:
+    twin, single, params = copy.copy(command), {}, []
+    for known in command.get_params(context):
         one = copy.copy(known)
         if isinstance(one, TyperOption) and not (one.is_flag or one.multiple):
             one.multiple = True
             single[one.name] = one.opts[0].lstrip("-")
-        twin.params.append(one)
+        params.append(one)
+    twin.get_params = lambda ctx: params  # type: ignore[method-assign]
     values, _, _ = twin.make_parser(context).parse_args(args=list(args))
     for name, called in single.items():
         several = values.get(name)

@@ -10,8 +10,9 @@ from rich.console import Console
 from rich.table import Table
 
 from rodatlas.cli.common import note, number, progress_bar, whole_number
+from rodatlas.cli.controls import Fixed
 from rodatlas.cli.output import JsonTarget, json_text, writable_folder, write_own_json
-from rodatlas.cli.setting import Texts, plane_from, with_unit
+from rodatlas.cli.setting import plane_from, with_unit
 from rodatlas.cli.tables import say_table
 
 if TYPE_CHECKING:
@@ -20,7 +21,7 @@ if TYPE_CHECKING:
 
 
 def run(
-    numbers: Sequence[str], fixed: Texts, where: str | None, angle_max: str | None, tol: str, out: str,
+    numbers: Sequence[str], fixed: Fixed, where: str | None, angle_max: str | None, tol: str, out: str,
     json_to: JsonTarget, fresh: bool,
 ) -> None:  # fmt: skip
     """The command; texts come as typed and are checked here.
@@ -45,8 +46,8 @@ def run(
     json_to.write(json_text(found.to_json(wanted), identity), identity)
 
 
-def loci_settings_from(fixed: Texts, where: str | None, angle_max: str | None, tol: str) -> LociSettings:
-    """Settings of loci of the band."""
+def loci_settings_from(fixed: Fixed, where: str | None, angle_max: str | None, tol: str) -> LociSettings:
+    """Settings of loci of a model."""
     from rodatlas.atlas.loci.settings import LociSettings
     from rodatlas.paper.model import check_angle_max
 

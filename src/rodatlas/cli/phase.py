@@ -15,8 +15,9 @@ from rodatlas.cli.common import (
     progress_bar,
     whole_number,
 )
+from rodatlas.cli.controls import Fixed
 from rodatlas.cli.output import JsonTarget, json_text, writable_folder, write_own_json
-from rodatlas.cli.setting import Texts, plane_from, with_unit
+from rodatlas.cli.setting import plane_from, with_unit
 from rodatlas.cli.tables import say_table
 
 if TYPE_CHECKING:
@@ -25,7 +26,7 @@ if TYPE_CHECKING:
 
 
 def run(
-    fixed: Texts, where: str | None, angle_min: str | None, angle_max: str | None, tol: str, workers: str, out: str,
+    fixed: Fixed, where: str | None, angle_min: str | None, angle_max: str | None, tol: str, workers: str, out: str,
     json_to: JsonTarget, fresh: bool,
 ) -> None:  # fmt: skip
     """The command; texts come as typed and are checked here.
@@ -49,9 +50,9 @@ def run(
 
 
 def phase_settings_from(
-    fixed: Texts, where: str | None, angle_min: str | None, angle_max: str | None, tol: str
+    fixed: Fixed, where: str | None, angle_min: str | None, angle_max: str | None, tol: str
 ) -> PhaseSettings:
-    """Settings of a plane of the band."""
+    """Settings of a plane of a model."""
     from rodatlas.atlas.phase.settings import PhaseSettings
     from rodatlas.paper.model import angle_window
 

@@ -8,14 +8,12 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, NamedTuple
 
 from rodatlas.cli.common import SEARCHES, number, shown, whole_number
+from rodatlas.cli.controls import Fixed
 
 if TYPE_CHECKING:
     from rodatlas.atlas.slices.settings import SliceSettings
     from rodatlas.model import Control, Model
 
-SIDES = ("angle-left", "angle-right")
-Texts = Mapping[str, str | None]
-"""Values as the user typed them, by the name of the option; None where it was not given."""
 
 
 @dataclass(frozen=True)
@@ -36,25 +34,20 @@ class Range:
     shear_min: str | None = None
 
 
-def slice_settings_from(fixed: Texts, tol: str, search: str = "256", where: Range | None = None) -> SliceSettings:
-    """Settings of a slice of the band.
-
-    Parameters
-    ----------
-    fixed : values of controls.
+def slice_settings_from(fixed: Fixed, tol: str, search: str = "256", where: Range | None = None) -> SliceSettings:
+    """Settings of a slice of a model.
 
     Raises
     ------
     ValueError
-        for a value that is wrong, a control that is given and varied at once, and where no clamp angle is given.
+        for a value that is wrong, a control that is given and varied at once, and where the one that stands first in
+        names, the clamp angle, is not given.
     """
     from rodatlas.atlas.slices.settings import SliceSettings
-    from rodatlas.paper.model import band
-
-    model, where = band(), where or Range()
-    control = model.control("shear" if where.along is None else where.along, "along")
-    _refuse_varied(model, fixed, (control,), f"--along {control.name}")
-    values = control_values(model, fixed, control)
+    model, where = fixed.model, where or Range()
+    control = model.control(model.plane[1] if where.along is None else where.along, "along")
+    _refuse_varied(fixed, (control,), f"--along {control.name}")
+    values = control_values(fixed, control)
     low, high = _ends(model, values, control, where)
     return SliceSettings.of(
         model, along=control.name, low=low, high=high, against=where.against, tolerance=number("tol", tol),
@@ -77,58 +70,58 @@ class Plane(NamedTuple):
     fixed: dict[str, float]
 
 
-def plane_from(fixed: Texts, where: str | None) -> Plane:
-    """A plane of the band.
+def plane_from(fixed: Fixed, where: str | None) -> Plane:
+    """A plane of a model.
 
     Parameters
     ----------
-    fixed : values of controls. where : names of two controls, 'angle,shear'; None for those two.
+    where : names of two controls, 'compression,shear'; None for those by default.
 
     Raises
     ------
     ValueError
         as :func:`slice_settings_from`.
     """
-    from rodatlas.paper.model import band
-
-    model = band()
+    model = fixed.model
     names = model.plane if where is None else tuple(name.strip() for name in where.split(","))
     if len(names) != 2:
         raise ValueError(f"in: expected two controls such as {','.join(model.plane)}, got '{shown(where or '')}'")
     second, along = (model.control(name, "in") for name in names)
     if second.parameter == along.parameter:
         raise ValueError(f"in: expected two controls that are independent, got '{shown(where or '')}'")
-    _refuse_varied(model, fixed, (second, along), f"--in {second.name},{along.name}")
-    values = control_values(model, fixed, second, along)
+    _refuse_varied(fixed, (second, along), f"--in {second.name},{along.name}")
+    values = control_values(fixed, second, along)
     return Plane(model, second.name, along.name, keywords(values))
 
 
-def control_values(model: Model, fixed: Texts, *varied: Control) -> dict[str, float]:
+def control_values(fixed: Fixed, *varied: Control) -> dict[str, float]:
     """Values of controls by name; unequal clamps have their mean for the common angle.
 
     Raises
     ------
     ValueError
-        for an option of which the model has no control, and where a clamp angle is missing.
+        where the control that stands first in names is missing, the clamp angle, or told twice.
     """
-    values = {name: number(name, text) for name, text in fixed.items() if text is not None}
-    for name in values:
-        model.control(name, name)
-    sides = [values[name] for name in SIDES if name in values]
-    told = {*values, *(control.name for control in varied)}
-    if "angle" in values and sides:
-        one = next(name for name in SIDES if name in values)
-        raise ValueError(f"{one}: expected no --angle beside --{one}, got both")
-    if "angle" in told or not sides:
-        if "angle" not in told:
-            raise ValueError("angle: expected --angle, or --angle-left and --angle-right, got none")
+    model = fixed.model
+    values = {name: number(name, text) for name, text in fixed.texts.items() if text is not None}
+    first = next((c for c in model.controls if c.short == ""), None)
+    if first is None:
         return values
-    if missing := [name for name in SIDES if name not in told]:
-        there = next(name for name in SIDES if name in values)
-        raise ValueError(f"{missing[0]}: expected --{missing[0]} beside --{there}, got none")
-    low, high, _ = model.control("angle").limits({})
-    mean = sum(sides) / len(sides)
-    return {**values, "angle": min(max(mean, math.nextafter(low, high)), math.nextafter(high, low))}
+    each = [c.name for c in model.controls if c.derived and first.parameter in c.added]
+    given = [name for name in each if name in values]
+    told = {*values, *(control.name for control in varied)}
+    if first.name in values and given:
+        raise ValueError(f"{given[0]}: expected no --{first.name} beside --{given[0]}, got both")
+    if first.name in told or not given:
+        if first.name not in told:
+            instead = f", or {' and '.join(f'--{name}' for name in each)}" if each else ""
+            raise ValueError(f"{first.name}: expected --{first.name}{instead}, got none")
+        return values
+    if missing := [name for name in each if name not in told]:
+        raise ValueError(f"{missing[0]}: expected --{missing[0]} beside --{given[0]}, got none")
+    low, high, _ = first.limits({})
+    mean = sum(values[name] for name in given) / len(given)
+    return {**values, first.name: min(max(mean, math.nextafter(low, high)), math.nextafter(high, low))}
 
 
 def _ends(
@@ -141,7 +134,7 @@ def _ends(
     in_words = {"shear-max": where.shear_max, "shear-min": where.shear_min}
     given = {name: text for name, text in in_words.items() if text is not None}
     for name, text in given.items():
-        if control.name != "shear" or where.low is not None or where.high is not None:
+        if control.name != "shear" or "compression" not in setting or where.low is not None or where.high is not None:
             raise ValueError(f"{name}: expected the range by --from and --to alone, got --{name} {shown(text)} too")
     if given:
         most, least = (None if text is None else number(name, text) for name, text in in_words.items())
@@ -158,11 +151,11 @@ def _ends(
     return ends[0], ends[1]
 
 
-def _refuse_varied(model: Model, fixed: Texts, varied: Sequence[Control], beside: str) -> None:
+def _refuse_varied(fixed: Fixed, varied: Sequence[Control], beside: str) -> None:
     """ValueError for a value of a control that varies."""
     for control in varied:
-        for name in (control.name, model.holder(control.name).name):
-            if (text := fixed.get(name)) is not None:
+        for name in (control.name, fixed.model.holder(control.name).name):
+            if (text := fixed.texts.get(name)) is not None:
                 raise ValueError(f"{name}: expected none beside {beside}, got '{shown(text)}'")
 
 

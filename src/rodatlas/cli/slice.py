@@ -9,9 +9,10 @@ from rich.console import Console
 from rich.table import Table
 
 from rodatlas.cli.common import note, progress_bar
+from rodatlas.cli.controls import Fixed
 from rodatlas.cli.output import JsonTarget, json_text, writable_folder, write_own_json
 from rodatlas.cli.overlay import compare_overlay, overlay_mark, read_overlay
-from rodatlas.cli.setting import Range, Texts, slice_settings_from
+from rodatlas.cli.setting import Range, slice_settings_from
 from rodatlas.cli.tables import say_table
 
 if TYPE_CHECKING:
@@ -24,7 +25,7 @@ ENDS = {
 
 
 def run(
-    fixed: Texts, where: Range, tol: str, search: str, out: str, json_to: JsonTarget, fresh: bool, overlay: str | None,
+    fixed: Fixed, where: Range, tol: str, search: str, out: str, json_to: JsonTarget, fresh: bool, overlay: str | None,
     band: str | None,
 ) -> None:  # fmt: skip
     """The command; texts come as typed and are checked here.

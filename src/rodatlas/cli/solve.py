@@ -12,8 +12,9 @@ from rich.table import Table
 
 from rodatlas import __version__
 from rodatlas.cli.common import note, number, progress_bar, shown
+from rodatlas.cli.controls import Fixed
 from rodatlas.cli.output import KEPT, Identity, file_target
-from rodatlas.cli.setting import Texts, slice_settings_from
+from rodatlas.cli.setting import slice_settings_from
 from rodatlas.cli.tables import say_table
 from rodatlas.files import claimed, exact
 from rodatlas.states.labels import in_file_name, parse_label
@@ -21,18 +22,20 @@ from rodatlas.states.labels import in_file_name, parse_label
 if TYPE_CHECKING:
     from rodatlas.atlas.slices.settings import SliceSettings
     from rodatlas.continuation import Solution
+    from rodatlas.model import Model
 
 
-def run(fixed: Texts, shear: str, state: str, out: str | None, tol: str, folder: str | None, overwrite: bool) -> None:
+def run(fixed: Fixed, state: str, out: str | None, tol: str, folder: str | None, overwrite: bool) -> None:
     """The command; texts come as typed and are checked here.
 
     Parameters
     ----------
-    fixed : values of the other controls, see :func:`rodatlas.cli.setting.slice_settings_from`.
     overwrite : whether a file that holds something else may be replaced.
     """
-    value = number("shear", shear)
-    settings = slice_settings_from(fixed, tol)
+    along = fixed.model.control(fixed.model.plane[1])
+    typed = fixed.texts.get(along.name)
+    value = along.default if typed is None else number(along.name, typed)
+    settings = slice_settings_from(fixed._replace(texts={**fixed.texts, along.name: None}), tol)
     settings.control.check(value, settings.setting)
     at = settings.whole_setting(value)
     from rodatlas.atlas.slices.reach import reach
@@ -48,13 +51,13 @@ def run(fixed: Texts, shear: str, state: str, out: str | None, tol: str, folder:
     path = path if path.suffix == ".h5" else path.with_name(f"{path.name}.h5")
     if not overwrite:
         _expect(path, identity)
-    with progress_bar(f"{label} at {settings.place_text}, shear {value:g}") as report:
+    with progress_bar(f"{label} at {settings.place_text}, {along.name} {value:g}") as report:
         solution, source = reach(settings, state, value, progress=report, folder=Path(folder or "out"))
     if folder is not None and source != "stored slice":
         note(f"{folder} has no slice of these settings with the state; it comes from a {source}")
     table = _write(path, solution, identity, overwrite)
     console = Console()
-    say_table(console, _table(label, solution, source))
+    say_table(console, _table(settings.model, f"{label} (from a {source})", solution))
     if settings.control.care is not None and (care := settings.control.care(value, settings.setting)):
         console.print(f"warning: {care}", style="yellow", markup=False, soft_wrap=True)
     console.print(f"wrote {path} and {table}", highlight=False, soft_wrap=True)
@@ -110,16 +113,35 @@ def _has_slice(folder: str) -> bool:
         return False
 
 
-def _table(name: str, solution: Solution, source: str) -> Table:
+def _table(model: Model, title: str, solution: Solution) -> Table:
+    """What the state is like, by the quantities of its model, or as a rod where it is one."""
+    table = Table(show_header=False)
+    for row in [("state", title), *(_quantities(model, solution) if model.ribbon is None else _rod(model, solution))]:
+        table.add_row(*row)
+    return table
+
+
+def _quantities(model: Model, solution: Solution) -> list[tuple[str, str]]:
+    """Of a problem that is no rod."""
+    index = None if model.index is None else model.index(solution)
+    return [
+        *((q.name, f"{q.read(solution):.9f} {q.unit}".strip()) for q in model.quantities),
+        *([] if index is None else [("Morse index", f"{index} ({'stable' if index == 0 else 'unstable'})")]),
+        ("estimated error", f"{solution.error:.1e} of each unknown's scale, {solution.intervals} intervals"),
+    ]
+
+
+def _rod(model: Model, solution: Solution) -> list[tuple[str, str]]:
+    """Of a rod."""
     from rodatlas.rods.contact import places_text, self_contact, width_text
     from rodatlas.rods.stability import index_of
-    from rodatlas.rods.state import RodState
 
-    rod, index = RodState(solution), index_of(solution)
+    assert model.ribbon is not None
+    rod = model.ribbon(solution)
+    index = index_of(solution, formulation=rod.formulation)
     bending, twist = rod.energy_parts
     drift = {k: float(np.ptp(v)) for k, v in rod.first_integrals.items()}
     rows = [
-        ("state", f"{name} (from a {source})"),
         ("height int y ds", f"{rod.height:.9f} L"),
         ("energy", f"{rod.energy:.9f} GJ/L = {bending:.6f} bending + {twist:.6f} twist"),
         ("N(0), body", " ".join(f"{x:.8f}" for x in rod.force_body[0]) + " GJ/L^2"),
@@ -131,10 +153,7 @@ def _table(name: str, solution: Solution, source: str) -> Table:
         ("estimated error", f"{solution.error:.1e} of each unknown's scale, {solution.intervals} intervals"),
         ("drift of first integrals", ", ".join(f"{k}: {v:.1e}" for k, v in drift.items())),
     ]  # fmt: skip
-    if contact := self_contact(solution):
+    if model.width and (contact := self_contact(solution, model.width)):
         where = f"a band {width_text(contact.width)} wide, at s = {places_text(contact)}"
-        rows.insert(7, ("touches itself", f"{where}; forces of contact are not modeled"))
-    table = Table(show_header=False)
-    for row in rows:
-        table.add_row(*row)
-    return table
+        rows.insert(6, ("touches itself", f"{where}; forces of contact are not modeled"))
+    return rows

@@ -50,6 +50,7 @@ class Control:
     care : what a reader should know of results at a value, '' where nothing is to be said.
     derived : whether it only says in another way what a control of the same parameter says: settings do not hold it.
     what : in words, for help pages and axes.
+    meaning : of its value, what the words leave open, for help pages: 'dL, the clamps are 1 - dL apart along x'.
     short : in names of files: 'dL'. Where it is empty the bare value stands first in every name.
     """
 
@@ -68,6 +69,7 @@ class Control:
     care: Callable[[float, Mapping[str, float]], str] | None = None
     derived: bool = False
     what: str = ""
+    meaning: str = ""
     short: str | None = None
 
     def __repr__(self) -> str:
@@ -94,6 +96,10 @@ class Control:
         """Of a small axis: '$\\psi_0$  (degrees)'."""
         unit = "degrees" if self.unit == DEGREES else f"units of ${self.of}$" if self.of else self.unit
         return f"${self.symbol}${f'  ({unit})' if unit else ''}"
+
+    def range_text(self, setting: Mapping[str, float]) -> str:
+        """What a value means and where it can lie at a setting, for help pages: 'degrees with 0 <= angle < 90'."""
+        return "; ".join(text for text in (self.meaning, self.limits(setting).what) if text)
 
     def equation(self, value: float, digits: int = 6) -> str:
         """The symbol and a value, in TeX without dollars: '\\psi_0=15^\\circ'."""

@@ -252,6 +252,8 @@ class Model:
         found |= {c.name: value for c, value in given if not c.derived}
         for control, value in ((c, value) for c, value in given if c.derived):
             control.check(value, found)
+            if twice := next((c.name for c, _ in given if c is not control and c.parameter == control.parameter), ""):
+                raise WrongInput(control.name, f"expected none beside {twice}, which says the same, got {value:g}")
             added = (c.name for c in self.controls if c.parameter in control.added and not c.derived)
             found[self.holder(control.name).name] = float(value) - sum(found[name] for name in added)
         told = {c.name for c, _ in given}

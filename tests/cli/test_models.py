@@ -1,0 +1,68 @@
+"""Any registered model on the command line: its controls are options, its names and quantities are in what is said."""
+
+import json
+
+import pytest
+
+import arch_model  # noqa: F401  (registers the shallow arch)
+from rodatlas.cli import main
+from rodatlas.paper import band
+
+
+def run(capsys, *arguments):
+    with pytest.raises(SystemExit) as stop:
+        main(list(arguments))
+    told = capsys.readouterr()
+    return stop.value.code or 0, told.out, told.err
+
+
+@pytest.mark.parametrize("command", ["slice", "solve", "loci", "phase"])
+def test_every_control_is_an_option(capsys, command):
+    text = run(capsys, command, "-h")[1]
+    assert all(f"--{control.name} " in text for control in band().controls)
+    text = run(capsys, command, "--model", "arch", "-h")[1]
+    assert "--rise NUMBER" in text
+    assert "--load NUMBER" in text
+    assert "--angle" not in text.replace("--angle-m", "")
+
+
+def test_the_arch_from_end_to_end(capsys, tmp_path):
+    """Pitchforks at a^2 = h^2 - 4 = 5, where q/pi^4 = h - a + a (h^2 - a^2) = 3 + 3 a."""
+    out = str(tmp_path)
+    code, printed, told = run(capsys, "slice", "--model", "arch", "--rise", "3", "--out", out, "--json", "-")
+    assert code == 0
+    data = json.loads(printed)
+    assert (data["model"], data["setting"], data["along"]) == ("arch", {"rise": 3.0}, "load")
+    assert {s["name"] for s in data["states"]} == {"A1", "A2"}
+    assert sorted(max(s["load"]) for s in data["states"]) == [pytest.approx(3 + 3 * 5**0.5, abs=1e-6), 15.0]
+    assert "Stable states at rise 3" in told
+    code, printed, _ = run(capsys, "solve", "--model=arch", "--load", "1", "--state", "A1", "--from", out, "--out",
+                           str(tmp_path / "a"))  # fmt: skip
+    assert code == 0
+    assert "A1 (from a stored slice)" in printed
+    a = float(next(line for line in printed.splitlines() if line.startswith("│ a ")).split("│")[2])
+    assert 3 - a + a * (9 - a * a) == pytest.approx(1.0, abs=1e-6)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "line"),
+    [
+        (("slice", "--model", "arc"), "model: expected one of band, got 'arc'"),
+        (("slice", "--model", "arch", "--angle", "3"), "No such option: --angle"),
+        (("slice", "--model", "arch", "--rise", "three"), "rise: expected a number, got 'three'"),
+        (("slice", "--model=arch", "--model", "arch"), "model: expected once, got arch and arch"),
+        (("loci", "--model"), "Option '--model' requires an argument"),
+        (("slice", "--model", "arch", "--shear-max", "3"), "shear-max: expected the range by --from and --to alone"),
+        (("loci", "--model", "arch", "--angle-max", "3"), "angle-max: expected none for the plane of rise and load"),
+        (("loci", "--model", "arch", "--in", "rise,angle"), "in: expected one of rise, load, got 'angle'"),
+        (("slice", "--angle", "15", "--turn-left", "3", "--angle-left", "20"), "angle-left: expected no --angle"),
+        (("slice", "--angle-right", "15", "--turn-left", "3", "--angle-left", "20"),
+         "angle-left: expected none beside turn-left"),
+    ],
+)  # fmt: skip
+def test_what_is_wrong_is_one_line(capsys, tmp_path, monkeypatch, arguments, line):
+    monkeypatch.chdir(tmp_path)
+    code, out, err = run(capsys, *arguments)
+    assert (code, out) == (2, "")
+    assert err.startswith(f"rodatlas: {line}")
+    assert err.count("\n") == 1
