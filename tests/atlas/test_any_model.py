@@ -13,13 +13,17 @@ from rodatlas.atlas import (
     PhaseSettings,
     Slice,
     SliceSettings,
+    coexisting_states,
     compute_loci,
     compute_phase,
     compute_slice,
 )
+from rodatlas.atlas.cache import MemoryCache
 from rodatlas.atlas.loci.obtain import obtain_loci
+from rodatlas.atlas.slices.branches.match import crossings
 from rodatlas.atlas.slices.obtain import obtain_slice
-from rodatlas.model import Seed
+from rodatlas.continuation import BVP, Solution, end_value
+from rodatlas.model import Control, Model, Quantity, Seed
 from rodatlas.model.model import Source
 
 H = 3.0
@@ -81,8 +85,6 @@ def test_a_slice_survives_its_file(found, tmp_path):
 
 
 def test_a_state_is_solved_anywhere(found):
-    from rodatlas.atlas import coexisting_states
-
     there = coexisting_states(found, 3.0)
     assert set(there) == {"A1", "A2"}
     for s in there.values():
@@ -153,3 +155,55 @@ def test_a_slice_without_any_start_says_so(found):
     empty = compute_slice(SliceSettings.of(model, rise=0.5, low=-1.0, high=1.0))
     assert empty.branches == ()
     assert [w.partition(":")[0] for w in empty.warnings] == ["no branch"]
+
+
+@pytest.mark.parametrize(("low", "high"), [(10.0, 15.0), (6.0, 9.0), (-1.0, 15.0), (-5.0, -4.0)])
+def test_a_short_range_has_what_the_whole_has(found, low, high):
+    """The arch that has snapped, and its side branches, are connected to the unloaded one beyond these ranges only."""
+    short = compute_slice(SliceSettings.of(arch_model(), low=low, high=high))
+    assert short.warnings == ()
+    for load in np.linspace(low, high, 7)[1:-1]:
+        wanted, met = ([s["a"] for s in coexisting_states(of, float(load)).values()] for of in (found, short))
+        assert met
+        assert sorted(met) == pytest.approx(sorted(wanted), abs=1e-6)
+    for b in short.branches:
+        assert all(low - 1e-9 <= short.settings.value(p.solution) <= high + 1e-9 for p in b.followed.branch.points)
+    wanted = sorted({round(e.value, 6) for b in found.branches for e in b.events if low < e.value < high})
+    assert sorted({round(e.value, 6) for b in short.branches for e in b.events}) == pytest.approx(wanted, abs=2e-6)
+
+
+# -- a multiple branch point ------------------------------------------------------------------------------------------
+
+
+def squared():
+    """x (p - x^2 - 2 y^2) = 0 = y (p - y^2 - 2 x^2): where p = 0 four curves leave the trivial one."""
+    bvp = BVP(
+        lambda s, u, p: [0.0 * u.x, 0.0 * u.y],
+        lambda u, right, p: [u.x * (p.lam - u.x**2 - 2 * u.y**2), u.y * (p.lam - u.y**2 - 2 * u.x**2)],
+        unknowns=("x", "y"), parameters={"lam": -0.5}, observables={"x0": end_value(lambda left, right, p: left.x)},
+    )  # fmt: skip
+    zero = Solution.from_function(lambda s: np.zeros((len(s), 2)), bvp.unknowns, bvp.parameters)
+    return Model(
+        "square", lambda: bvp, (Control("p", "lam", "p", -0.5, usual=lambda at: (-1.0, 1.0)),), (Quantity.of("x0"),),
+        (Source("trivial", lambda setting, tolerance, keep: ([Seed("zero", zero)], [])),),
+    )  # fmt: skip
+
+
+def test_all_branches_through_a_multiple_branch_point_and_from_a_cache():
+    """At p = 0.5 the axes have x^2 = 1/2 or y^2 = 1/2, the diagonals x^2 = y^2 = 1/6."""
+    settings = SliceSettings.of(squared())
+    axis, diagonal = 0.5**0.5, (1 / 6) ** 0.5
+    wanted = {(0, 0), *((a, 0) for a in (axis, -axis)), *((0, a) for a in (axis, -axis)),
+              *((a, b) for a in (diagonal, -diagonal) for b in (diagonal, -diagonal))}  # fmt: skip
+    cache = MemoryCache()
+    first = compute_slice(settings, cache)
+    again = compute_slice(settings, cache)
+    assert first.warnings == ()
+    assert [(b.id, len(b.followed.branch)) for b in again.branches] == [
+        (b.id, len(b.followed.branch)) for b in first.branches
+    ]
+    met = {
+        tuple(np.round(state(0.0)[0], 6) + 0.0)
+        for b in again.branches for state in crossings(b.followed.branch, (0.5,), settings, most=9)
+    }  # fmt: skip
+    assert met == {tuple(np.round(np.array(w, float), 6) + 0.0) for w in wanted}

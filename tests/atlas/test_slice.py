@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from rodatlas.atlas import MemoryCache, compute_slice, reach
+from rodatlas.atlas import MemoryCache, SliceSettings, coexisting_states, compute_slice, reach
 from rodatlas.atlas.slices.states.pick import pick_state
 from rodatlas.continuation import NewtonCode, NotConverged, Status
 from rodatlas.model.model import Source
@@ -259,3 +259,17 @@ def test_nearly_straight_band():
     assert [s.name for s in found.states] == ["U", "w", "uUui"]
     assert found.states[0].span[0] == -0.008
     assert any("turns back" in w for w in found.warnings)
+
+
+@pytest.mark.slow
+def test_shears_above_the_pitchforks_have_what_the_whole_slice_has(slice_15):
+    """From 0.4 to 0.8 without a search: US+- and the branch beyond uUu start at pitchforks below that range."""
+    settings = SliceSettings.of(band(), angle=15.0, low=0.4, high=0.8, search=0)
+    short = compute_slice(settings)
+    assert short.warnings == ()
+    for value in (0.45, 0.5, 0.52, 0.57, 0.65, 0.75):
+        wanted, met = (coexisting_states(of, value).values() for of in (slice_15, short))
+        connected = [s for s in wanted if any(same_state(band(), s, m) for m in met)]
+        assert len(met) == len(connected)
+        assert {label for label, s in coexisting_states(slice_15, value).items()
+                if not any(same_state(band(), s, m) for m in met)} <= {"TU+", "TW+"}  # fmt: skip

@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 from rodatlas.atlas import Slice, SliceBranch
-from rodatlas.atlas.slices.branches.follow import Followed
+from rodatlas.atlas.slices.branches.frontier import Followed
 from rodatlas.cli import main
 from rodatlas.continuation import BVP, Solution, TraceOptions, trace
 from rodatlas.paper.model import band_phase, band_slice

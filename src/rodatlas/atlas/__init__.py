@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from rodatlas.atlas.phase.compute import compute_phase
     from rodatlas.atlas.phase.result import PhaseDiagram, Region
     from rodatlas.atlas.phase.settings import PhaseSettings
-    from rodatlas.atlas.slices.branches.follow import Followed
+    from rodatlas.atlas.slices.branches.frontier import Followed
     from rodatlas.atlas.slices.compute import compute_slice
     from rodatlas.atlas.slices.reach import reach
     from rodatlas.atlas.slices.result import Event, Slice, SliceBranch, State, StateEnd

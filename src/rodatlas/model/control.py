@@ -7,7 +7,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import NamedTuple
 
-from rodatlas.continuation.checks import check_between
+from rodatlas.continuation.checks import WrongInput, check_between
 
 Range = tuple[float, float]
 DEGREES = "deg"
@@ -125,6 +125,23 @@ class Control:
         (low, high), (least, most, _) = make(setting), self.limits(setting)
         margin = MARGIN * (most - least) if math.isfinite(most - least) else 0.0
         return (low if low > least else least + margin), (high if high < most else most - margin)
+
+    def range_with(
+        self, setting: Mapping[str, float], low: float | None, high: float | None, wide: bool = False
+    ) -> Range:
+        """A range whose ends are the usual ones where they are not given.
+
+        Raises
+        ------
+        ValueError
+            when an end is missing and there is no usual range.
+        """
+        usual = self.usual_within(setting, wide)
+        if usual is None and (low is None or high is None):
+            what = f"the least and largest {self.name}, which has no usual range"
+            raise WrongInput("range", f"expected {what}, got none")
+        least, most = usual or (0.0, 0.0)
+        return (least if low is None else low), (most if high is None else high)
 
     def check(self, value: object, setting: Mapping[str, float]) -> float:
         """A value inside the limits at a setting.

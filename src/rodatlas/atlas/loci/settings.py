@@ -96,16 +96,10 @@ class PlaneSettings:
             model.refuse_moved(model.control(name), values)
         whole = model.setting(**values)
         setting = whole.without(*varying_names)
-        ranges: list[float] = []
-        for name, (a, b) in ((along, (low, high)), (second, (second_low, second_high))):
-            usual = model.control(name).usual_within(whole, wide=True)
-            if usual is None and (a is None or b is None):
-                what = f"the least and largest {name}, which has no usual range"
-                raise WrongInput("range", f"expected {what}, got none")
-            usual = usual or (0.0, 0.0)
-            ranges += [usual[0] if a is None else a, usual[1] if b is None else b]
+        first = model.control(along).range_with(whole, low, high, wide=True)
+        across = model.control(second).range_with(whole, second_low, second_high, wide=True)
         against = model.quantities[0].name if against is None else against
-        return cls(model, setting, along, second, ranges[0], ranges[1], ranges[2], ranges[3], against, tolerance)
+        return cls(model, setting, along, second, *first, *across, against, tolerance)
 
     def __repr__(self) -> str:
         ranges = (

@@ -6,7 +6,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from rodatlas.atlas.slices.branches.follow import Followed, trace_options
+from rodatlas.atlas.slices.branches.follow import trace_options
+from rodatlas.atlas.slices.branches.frontier import Followed
 from rodatlas.atlas.slices.branches.match import crossings
 from rodatlas.atlas.slices.result import Event, Slice, SliceBranch, State, StateEnd
 from rodatlas.atlas.slices.settings import SliceSettings

@@ -6,7 +6,8 @@ import time
 from dataclasses import replace
 
 from rodatlas.atlas.cache import Cache
-from rodatlas.atlas.slices.branches.follow import Followed, Frontier, Reference, follow_slice
+from rodatlas.atlas.slices.branches.follow import Reference, follow_slice
+from rodatlas.atlas.slices.branches.frontier import Followed, Frontier
 from rodatlas.atlas.slices.result import Event, Slice, SliceBranch, State, StateEnd
 from rodatlas.atlas.slices.settings import SliceSettings
 from rodatlas.atlas.slices.states.coexisting import overlaps

@@ -7,7 +7,7 @@ import os
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
-from rodatlas.atlas.slices.branches.follow import Followed
+from rodatlas.atlas.slices.branches.frontier import Followed
 from rodatlas.atlas.slices.settings import SliceSettings
 from rodatlas.continuation import Solution, SpecialPoint
 from rodatlas.continuation.checks import check_number, check_type

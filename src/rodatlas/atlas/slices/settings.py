@@ -100,11 +100,7 @@ class SliceSettings:
             if beside and error.field == varying:  # by the name by which it was given
                 raise WrongInput(f"{varying}-max", error.rest) from None
             raise
-        usual = control.usual_within(setting)
-        if usual is None and (low is None or high is None):
-            what = f"the least and largest {control.name}, which has no usual range"
-            raise WrongInput("range", f"expected {what}, got none")
-        low, high = (use if given is None else given for given, use in zip((low, high), usual or (0, 0), strict=True))
+        low, high = control.range_with(setting, low, high)
         return cls(model, setting, control.name, low, high, model.quantities[0].name)
 
     def __repr__(self) -> str:

@@ -13,7 +13,7 @@ import os
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
-from rodatlas.atlas.slices.branches.follow import Followed
+from rodatlas.atlas.slices.branches.frontier import Followed
 from rodatlas.atlas.slices.result import Event, Slice, SliceBranch, State, StateEnd
 from rodatlas.atlas.slices.settings import SliceSettings
 from rodatlas.continuation.store.branch import read_branch, write_branch

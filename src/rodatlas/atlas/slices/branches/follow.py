@@ -2,17 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
-from dataclasses import dataclass, field, replace
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import replace
 
-from rodatlas.atlas.cache import BRANCH, Cache, MemoryCache, PrefixedCache
-from rodatlas.atlas.slices.branches.match import lies_on
-from rodatlas.atlas.slices.branches.search import Found, search_at, searched_values
+from rodatlas.atlas.cache import BRANCH, SOLUTIONS, Cache, MemoryCache, PrefixedCache
+from rodatlas.atlas.slices.branches.frontier import Followed, Frontier
+from rodatlas.atlas.slices.branches.match import crossings, lies_on
+from rodatlas.atlas.slices.branches.search import search_at, searched_values
 from rodatlas.atlas.slices.branches.seeds import carried_seeds, seeds_of
 from rodatlas.atlas.slices.settings import SliceSettings
 from rodatlas.continuation import (
     Branch,
-    EndReason,
     MeshControl,
     NotConverged,
     Point,
@@ -28,114 +28,13 @@ from rodatlas.continuation import (
 )
 from rodatlas.model import Model, Seed
 from rodatlas.model.model import Source
-from rodatlas.model.orbit import group, own_symmetries, pairing, same_state
+from rodatlas.model.orbit import own_symmetries, pairing, same_state
 from rodatlas.progress import Progress
 
+ANY = 1000  # no limit to an index
 SHARES = (0.3, 0.55, 0.8)  # of a branch, at which it is compared with others: one may lie at a bifurcation
-EARLY = (EndReason.MIN_STEP, EndReason.MESH_LIMIT, EndReason.POINT_LIMIT, EndReason.UNREFINED, EndReason.ROUND_OFF)
-"""Ends of branches that a reader should know of."""
 Reference = Callable[[SliceSettings], list[tuple[str, Branch]] | None]
 """Gives names and branches of the slice with some settings from which states are carried, None when it has none."""
-
-
-@dataclass(frozen=True)
-class Followed:
-    """One branch with what the symmetries of its setting say about it.
-
-    Attributes
-    ----------
-    id : name of the branch: its seed, then the numbers of the branch points through which it was reached.
-    symmetries : which of the pairing symmetries of the setting (see :mod:`rodatlas.model.orbit`) its states have.
-    pair : whether they lack one, so that the images of the branch are further branches.
-    origin : id and number (in that branch's list of special points) of the branch point at which it starts.
-    source : the source of the seed that it is connected to, 'carried' or 'search'.
-    """
-
-    id: str
-    branch: Branch
-    symmetries: frozenset[str]
-    pair: bool
-    origin: tuple[str, int] | None = None
-    source: str = ""
-
-    @classmethod
-    def by(
-        cls, model: Model, ident: str, branch: Branch, state: Solution, origin: tuple[str, int] | None = None,
-        source: str = "",
-    ) -> Followed:  # fmt: skip
-        """With the symmetries of one of its states, that is no branch point."""
-        own = own_symmetries(model, state)
-        return cls(ident, branch, own, len(own) < len(group(model, state)), origin, source)
-
-    @property
-    def symmetric(self) -> bool:
-        """Whether its states have all the symmetries that their setting has."""
-        return not self.pair
-
-    @property
-    def bifurcations(self) -> tuple[SpecialPoint, ...]:
-        """Its folds and branch points, in order."""
-        return tuple(x for x in self.branch.special if x.kind in ("fold", "branch point"))
-
-    def __repr__(self) -> str:
-        return f"Followed({self.id}, {'one of a pair' if self.pair else 'symmetric'}, {self.branch!r})"
-
-
-@dataclass
-class Frontier:
-    """Branches and states found so far, branch points already used, warnings, and how many are left to use.
-
-    `arrivals` are branch points of branches at which others with fewer symmetries end: (branch, number on it).
-    """
-
-    settings: SliceSettings
-    branches: list[Followed] = field(default_factory=list)
-    used: list[SpecialPoint] = field(default_factory=list)
-    arrivals: list[tuple[Followed, int]] = field(default_factory=list)
-    warnings: list[str] = field(default_factory=list)
-    searches: list[Found] = field(default_factory=list)
-    pending: int = 0
-
-    def add(self, followed: Followed) -> None:
-        """Take in a finished branch, and warn of what does not add up on it."""
-        self.branches.append(followed)
-        branch = followed.branch
-        self.warnings += [f"branch {followed.id}: {d}" for d in branch.discrepancies]
-        for number, special in enumerate(branch.special):
-            if special.kind == "branch point" and self._has_more(special.solution, followed.symmetries):
-                self.used.append(special)  # this branch is the side branch of that point
-                self.arrivals.append((followed, number))
-        counted = self.settings.model.index is not None
-        unknown = [self.settings.value(p.solution) for p in branch.points[1:] if p.index is None and counted]
-        if unknown:
-            self.warnings.append(
-                f"branch {followed.id}: stability not known at {len(unknown)} points, "
-                f"{self.settings.along} {min(unknown):.5f} to {max(unknown):.5f}"
-            )
-        for reason in branch.ends:
-            if reason in EARLY:
-                self.warnings.append(f"branch {followed.id} stops early: {reason.value}")
-
-    def _has_more(self, solution: Solution, symmetries: frozenset[str]) -> bool:
-        """Whether a solution has these symmetries and others besides."""
-        return own_symmetries(self.settings.local, solution) > symmetries
-
-    def is_used(self, special: SpecialPoint) -> bool:
-        """Whether the branches through a branch point have been followed."""
-        return any(same_state(self.settings.local, special.solution, other.solution) for other in self.used)
-
-    def has_both(self, special: SpecialPoint) -> bool:
-        """Whether both curves through a simple branch point are known: two branches list it, neither ends there."""
-        model, simple = self.settings.local, len(special.rays) <= 4
-        through = sum(
-            any(x.kind == "branch point" and same_state(model, x.solution, special.solution) for x in f.branch.special)
-            for f in self.branches
-        )
-        return simple and through > 1
-
-    def left_on(self, followed: Followed) -> int:
-        """Branch points of a branch that are still to be used."""
-        return sum(x.kind == "branch point" and not self.is_used(x) for x in followed.branch.special)
 
 
 def follow_slice(
@@ -157,9 +56,16 @@ def follow_slice(
     cache = MemoryCache() if cache is None else cache
     frontier = Frontier(settings)
     say = _Reporter(progress, frontier)
-    for source in settings.model.sources:
+    whole = _whole(settings)
+    if whole is not None:
+        say(f"the longer slice, {settings.along} {whole.low:g} to {whole.high:g}")
+        wide = follow_slice(whole, PrefixedCache(cache, f"whole-{whole.stem}-"), progress, carry, reference)
+        frontier.warnings += [f"from {whole.low:g} to {whole.high:g}: {warning}" for warning in wide.warnings]
+        for followed in wide.branches:
+            _follow_all(frontier, _seeds_inside(followed, settings), followed.source, cache, say)
+    for source in settings.model.sources if whole is None else ():
         _follow_source(frontier, source, cache, say)
-    for start in settings.references() if carry else ():
+    for start in settings.references() if carry and whole is None else ():
         known = reference(start) if reference is not None else None
         if known is None:
             known = _followed_reference(start, frontier, cache, say)
@@ -175,6 +81,37 @@ def follow_slice(
             "other values of the fixed controls, or a search, may find one"
         )
     return frontier
+
+
+def _whole(settings: SliceSettings) -> SliceSettings | None:
+    """The longer slice from which branches of this one come, if this one is too short to be alone.
+
+    It holds the default of what varies, where starts are: what is connected to them beyond a pitchfork or a fold on the
+    way would be missed otherwise. Without a search it has the usual range too, since nothing else finds what is
+    connected outside only.
+    """
+    control = settings.control
+    least, most, _ = control.limits(settings.setting)
+    values = [settings.low, settings.high]
+    if least < control.default < most:
+        values.append(control.default)
+    if settings.model.search is None:
+        values += control.usual_within(settings.setting) or ()
+    low, high = min(values), max(values)
+    return None if (low, high) == (settings.low, settings.high) else replace(settings, low=low, high=high, search=0)
+
+
+def _seeds_inside(followed: Followed, settings: SliceSettings) -> list[Seed]:
+    """A state of each part of a branch that lies inside the range, and where it passes the middle of it."""
+    inside: list[list[Solution]] = [[]]
+    for point in followed.branch.points:
+        if settings.low < settings.value(point.solution) < settings.high:
+            inside[-1].append(point.solution)
+        elif inside[-1]:
+            inside.append([])
+    states = [run[len(run) // 2] for run in inside if run]
+    states += crossings(followed.branch, (0.5 * (settings.low + settings.high),), settings, most=ANY)
+    return [Seed(f"{followed.id}@{k}", state) for k, state in enumerate(states, 1)]
 
 
 def carried_from(model: Model, followed: Iterable[Followed]) -> list[tuple[str, Branch]]:
@@ -315,22 +252,41 @@ def _follow_side_branches(frontier: Frontier, start: int, options: TraceOptions,
                 continue
             _follow_other(frontier, parent, number, options, cache, say)
             if special.multiplicity > 1:
-                _follow_rays(frontier, parent, number, options, say)
+                _follow_rays(frontier, parent, number, options, cache, say)
         at += 1
 
 
-def _follow_rays(frontier: Frontier, parent: Followed, number: int, options: TraceOptions, say: _Reporter) -> None:
+def _follow_rays(
+    frontier: Frontier, parent: Followed, number: int, options: TraceOptions, cache: Cache, say: _Reporter
+) -> None:
     """The further curves through a multiple branch point that are on no branch yet, by all rays that leave it."""
     settings = frontier.settings
     special = parent.branch.special[number]
-    say(f"branches at a multiple branch point of {parent.id}")
-    for k, branch in enumerate(switch_all(settings.model.problem, special, settings.free, options)):
+    place = f"{parent.id}.{number + 1}"
+    for k, branch in enumerate(_all_rays(settings, special, f"rays-{place}", options, cache, say), 1):
+        if len(branch) < 2:
+            frontier.warnings.append(f"branch {parent.id}: ray {k} of {special!r} could not be followed")
+            continue
         middle = branch.points[len(branch) // 2].solution
-        known = len(branch) < 3 or any(lies_on(f.branch, middle, settings) for f in frontier.branches)
-        if not known:
-            ident = f"{parent.id}.{number + 1}-{k + 1}"
+        if not any(lies_on(f.branch, middle, settings) for f in frontier.branches):
             origin = (parent.id, number)
-            frontier.add(Followed.by(settings.local, ident, branch, middle, origin, parent.source))
+            frontier.add(Followed.by(settings.local, f"{place}-{k}", branch, middle, origin, parent.source))
+
+
+def _all_rays(
+    settings: SliceSettings, special: SpecialPoint, key: str, options: TraceOptions, cache: Cache, say: _Reporter
+) -> Sequence[Branch]:
+    """The branches on all rays that leave a branch point; the cache has all of them or none."""
+    count = cache.get(key, SOLUTIONS)
+    known = [cache.get(f"{key}-{k}", BRANCH) for k in range(len(count or ()))]
+    if count is not None and all(branch is not None for branch in known):
+        return [branch for branch in known if branch is not None]
+    say(f"branches at a multiple branch point, {key}")
+    found = switch_all(settings.model.problem, special, settings.free, options)
+    for k, branch in enumerate(found):
+        cache.put(f"{key}-{k}", branch, BRANCH)
+    cache.put(key, tuple(branch.points[0].solution for branch in found), SOLUTIONS)
+    return found
 
 
 def _follow_other(

@@ -7,7 +7,8 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from rodatlas.atlas.slices.branches.follow import SHARES, Followed
+from rodatlas.atlas.slices.branches.follow import SHARES
+from rodatlas.atlas.slices.branches.frontier import Followed
 from rodatlas.atlas.slices.branches.match import lies_on
 from rodatlas.atlas.slices.settings import SliceSettings
 from rodatlas.continuation import SpecialPoint, broken_at, image

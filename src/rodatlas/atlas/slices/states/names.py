@@ -11,7 +11,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from string import ascii_uppercase
 
-from rodatlas.atlas.slices.branches.follow import Followed
+from rodatlas.atlas.slices.branches.frontier import Followed
 from rodatlas.atlas.slices.result import Event
 from rodatlas.atlas.slices.settings import SliceSettings
 from rodatlas.atlas.slices.states.segments import Segment

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
-from rodatlas.atlas.slices.branches.follow import Followed
+from rodatlas.atlas.slices.branches.frontier import Followed
 from rodatlas.continuation import Branch, EndReason, Point, Solution, SpecialPoint
 
 
