@@ -10,6 +10,8 @@ from rodatlas.model import model_named
 from rodatlas.model.orbit import same_state
 from rodatlas.rods import Ends, RodState, rod_problem, state_at
 
+pytestmark = pytest.mark.slow
+
 SHEAR = 0.1
 RANGES = {"compression": (0.45, 0.55), "angle": (12.0, 18.0), "poisson": (0.2, 0.3)}
 HERE = {"compression": 0.5, "angle": 15.0, "poisson": 0.25}

@@ -190,6 +190,7 @@ def test_file(loci, tmp_path):
     assert again.wanted == NUMBERS
 
 
+@pytest.mark.slow
 def test_command_line(slice_15, tmp_path, capsys):
     slice_15.save(tmp_path / "slice-15.h5")
     arguments = ["loci", "--number", "4", "--number", "12", "--out", str(tmp_path), "--json", "-"]

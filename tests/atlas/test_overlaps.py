@@ -15,6 +15,8 @@ from rodatlas.plot import color_of, label_of
 from rodatlas.rods import Ends, index_of, is_symmetric, mirror_shear
 from rodatlas.states import find_states
 
+pytestmark = pytest.mark.slow
+
 SETTINGS = band_slice(15.0, 0.95, shear_max=0.06, shear_min=-0.06, tolerance=1e-6, search=0)
 FOLD = 0.0499517
 

@@ -17,6 +17,8 @@ from rodatlas.paper.model import band_loci, band_phase, band_slice
 from rodatlas.rods.ends import Ends
 from rodatlas.states import find_states
 
+pytestmark = pytest.mark.slow
+
 
 def slices_of(slice_15, *known):
     """Slices of the usual range of shear, computed when asked for unless they are known; and what was asked for.
@@ -124,7 +126,6 @@ def test_slices_agree_with_the_faces_everywhere(diagram, slice_30):
         assert diagram.stable_at(30.0, shear) == stable_names(slice_30, shear, diagram.settings)
 
 
-@pytest.mark.slow
 def test_only_one_path_is_left_above_77_degrees(last):
     assert last.warnings == ()
     high = [(a, d) for a in (77.2, 78.4, 79.8) for d in np.linspace(-0.0999, 0.8599, 30)]
@@ -135,7 +136,6 @@ def test_only_one_path_is_left_above_77_degrees(last):
     assert "W is no longer stable: pitchfork 3 and its mirror image annihilate" in {e.description for e in last.events}
 
 
-@pytest.mark.slow
 def test_symmetric_in_shear(last):
     """dD to -dD is a symmetry of the band; both sides were computed."""
     for angle in np.linspace(76.65, 79.9, 14):

@@ -72,6 +72,7 @@ def test_states_of_height_zero(sign, no_slice):
     assert pair_member(solution) == sign
 
 
+@pytest.mark.slow
 def test_a_state_that_is_not_there_fails_from_the_search(no_slice, slice_15, tmp_path):
     """The line lists what is stable, how complete the search looks, and where the state is."""
     started = []

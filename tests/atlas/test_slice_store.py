@@ -22,6 +22,7 @@ class Interrupt(KeyboardInterrupt):
     pass
 
 
+@pytest.mark.slow
 def test_interrupted_slice_resumes(tmp_path, slice_15):
     """Without its search, which at 15 degrees finds nothing more."""
     settings = band_slice(15.0, search=0)
@@ -158,6 +159,7 @@ def other_version(path):
         file.attrs["identity"] = file.attrs["identity"].replace('"rodatlas": "', '"rodatlas": "0.0.')
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("damage", "reason"), [(cut, "damaged"), (other_version, "other")])
 def test_what_cannot_be_used_is_kept_and_computed_again(tmp_path, near_zero, damage, reason):
     """Twice: the second does not replace the first that was kept."""
@@ -212,6 +214,7 @@ def test_curves_are_left_while_another_process_is_at_them(tmp_path, near_zero):
     assert [e.status for e in list_folder(tmp_path).entries] == ["complete"]
 
 
+@pytest.mark.slow
 def test_two_runs_of_one_slice_at_once_are_both_right(tmp_path):
     """The second waits for the first and reads what that has computed."""
     code = (
@@ -232,6 +235,7 @@ def test_two_runs_of_one_slice_at_once_are_both_right(tmp_path):
     assert [p.name for p in tmp_path.iterdir()] == [f"{SMALL.stem}.h5"]
 
 
+@pytest.mark.slow
 def test_a_kill_while_the_file_is_written_loses_nothing(tmp_path, near_zero):
     """Killed with the file half written: no result, all curves; the next run uses them."""
     code = (

@@ -139,6 +139,7 @@ def test_names_numbers_and_ends_at_15_degrees(slice_15):
     assert found == [0.058205, 0.065543, 0.086664, 0.121862]
 
 
+@pytest.mark.slow
 def test_whole_loops_in_a_wide_slice():
     found = compute_slice(band_slice(15.0, shear_min=-0.15, shear_max=0.15, search=0), carry=False)
     loops = [b for b in found.branches if b.id.startswith("T")]
@@ -169,6 +170,7 @@ def carried(angle, compression=0.5, poisson=0.25):
     return dict(found), stable
 
 
+@pytest.mark.slow
 def test_where_the_states_exist():
     """TW ends in a cusp at 26.892 degrees, TU at 74.027; both at dD = 0."""
     assert carried(0.0)[1] == {"TU", "TW"}

@@ -11,6 +11,8 @@ from rodatlas.model.orbit import same_state
 from rodatlas.rods import Ends, RodState, rod_problem
 from rodatlas.states import find_states
 
+pytestmark = pytest.mark.slow
+
 LEFT, RIGHT = 20.0, 35.0
 
 
@@ -66,7 +68,6 @@ def _twist(solution):
     return solution.mean(RodState(solution).at_gauss_points().tau)
 
 
-@pytest.mark.slow
 def test_ranges_are_those_of_the_reversed_clamps(found, shared):
     """35 and 20 degrees: the same states from the other end, at the same shears, heights and energies."""
     other = obtain_slice(settings(RIGHT, LEFT), shared)
@@ -77,7 +78,6 @@ def test_ranges_are_those_of_the_reversed_clamps(found, shared):
     assert len(mine) == len(theirs)
 
 
-@pytest.mark.slow
 def test_folds_move_with_the_angle_as_slices_tell(found, shared):
     """Loci in the common angle, from the slice at 20 and 35 degrees, pass through the folds of that at 21 and 36."""
     plane = LociSettings.of(model_named("band"), turn_left=-7.5, turn_right=7.5, second_low=26.0, second_high=29.0)

@@ -83,6 +83,7 @@ def test_solve_writes_a_solution_that_reads_back(capsys, tmp_path):
     assert np.allclose(table[0, 1:4], (-17.10825468, 10.49335466, -10.49335466), atol=1e-6)
 
 
+@pytest.mark.slow
 def test_slice_prints_json_alone_and_writes_figures(capsys, tmp_path, monkeypatch, slice_15):
     monkeypatch.setattr("rodatlas.atlas.slices.obtain.compute_slice", lambda settings, *_, **__: slice_15)
     command = ("slice", "--angle", "15", "--out", str(tmp_path), "--json", "-")
@@ -108,6 +109,7 @@ def test_slice_prints_json_alone_and_writes_figures(capsys, tmp_path, monkeypatc
     assert path.stat().st_mtime_ns == written
 
 
+@pytest.mark.slow
 def test_an_interrupt_keeps_what_is_finished(tmp_path):
     command = [sys.executable, "-m", "rodatlas", "slice", "--angle", "15", "--out", str(tmp_path)]
     command += ["--shear-min", "0", "--shear-max", "0.02", "--tol", "1e-6", "--search", "0"]

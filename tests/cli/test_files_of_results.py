@@ -17,6 +17,8 @@ from rodatlas.cli.app import app
 from rodatlas.paper.model import band_loci, band_phase, band_slice
 from small_results import plain_figure
 
+pytestmark = pytest.mark.slow
+
 SLICE = ("slice", "--angle", "15", "--shear-min", "0", "--search", "0")
 RANGE = ("--shear-max", "0.02")
 TOL = ("--tol", "1e-6")

@@ -18,6 +18,7 @@ def run(capsys, *arguments):
     return stop.value.code, out.out, out.err
 
 
+@pytest.mark.slow
 def test_overlay_adds_a_table_a_figure_and_json(capsys, tmp_path, monkeypatch, slice_15):
     monkeypatch.setattr("rodatlas.plot.draw_slice_figure", plain_figure)
     slice_15.save(tmp_path / "slice-15.h5")

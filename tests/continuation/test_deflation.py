@@ -196,6 +196,7 @@ def test_perturbed_gelfand_has_three_solutions_between_its_folds() -> None:
     assert len(found) == 3
 
 
+@pytest.mark.slow
 def test_an_isola_that_tracing_misses() -> None:
     """lam + mu^2 = fold: the lower and middle solution exist between two values of mu and form a closed branch."""
     bvp = gelfand()

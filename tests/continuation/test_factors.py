@@ -21,8 +21,7 @@ import rodatlas.continuation as engine
 from rodatlas.continuation import Branch, Locus, Solution, StepControl, TraceOptions
 
 EXAMPLES = sorted((Path(__file__).parents[2] / "examples").glob("*.py"))
-LONG = ("arch", "auto_kar", "auto_spb", "gelfand", "phase_separation")  # more than two seconds each time
-FACTORS = (pytest.param(0.3, 1.0, marks=pytest.mark.slow), (3.0, 2.0), (1.0, 0.5))  # of steps and meshes
+FACTORS = ((0.3, 1.0), (3.0, 2.0), (1.0, 0.5))  # of steps and meshes
 SAME = 1e-6
 TOUCHES = ("arch",)  # a mode that reaches zero and turns (the third, at q = 3 pi^4 for a rise of 3) is no branch point,
 # but told as nearly singular where a step comes close enough to it
@@ -55,11 +54,9 @@ class Found:
         )
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("steps", "mesh"), FACTORS)
-@pytest.mark.parametrize(
-    "path",
-    [pytest.param(p, id=p.stem, marks=[pytest.mark.slow] if p.stem in LONG else []) for p in EXAMPLES],
-)
+@pytest.mark.parametrize("path", EXAMPLES, ids=lambda p: p.stem)
 def test_same_points(path: Path, steps: float, mesh: float) -> None:
     """The two sides of a branch point may come in the other order: which kernel vector is called positive is open."""
     expected, missing = list(findings(path, steps, mesh)), []

@@ -103,6 +103,7 @@ def test_a_locus_of_a_value_into_a_boundary_layer(every: int, most: int) -> None
     assert np.abs(deep.values[:, 0] - expected).max() < 1e-7 * np.exp(deep["a"])
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("every", [3, 12])
 def test_a_locus_of_folds_into_a_boundary_layer(windy: SpecialPoint, every: int) -> None:
     """Shooting at the computed slope: u(1) = 0 and the linearized solution too. Between two looks every twelve steps
@@ -138,6 +139,7 @@ def test_points_that_no_allowed_mesh_resolves_are_counted(windy: SpecialPoint) -
     np.testing.assert_array_equal(recorded > 1e-7, errors > 1e-7)
 
 
+@pytest.mark.slow
 def test_events_are_located_on_a_mesh_that_resolves_them(ignition: SpecialPoint) -> None:
     """The cusp at eps = 0.2457803, where the mesh of the walk stays what it was at the start."""
     bvp, bounds = gelfand(), {"eps": (0.0, 0.3), "lam": (1.0, 6.0)}

@@ -152,6 +152,7 @@ def test_three_modes_at_once():
     assert found(side) == [("branch point", 3, 28, True, 0)]
 
 
+@pytest.mark.slow
 def test_both_directions_give_the_same_list():
     bvp = square(2.0)
     up = trace(bvp, constant(bvp, lam=-0.4), ("lam",), BOX)
@@ -181,6 +182,7 @@ def test_branches_that_share_their_tangent():
     assert same_set(branches, [*expected, (0.0, -0.5, 0.5), (0.0, 0.5, -0.5)], 1e-7)
 
 
+@pytest.mark.slow
 def test_rays_that_cannot_be_confirmed_are_counted():
     """On the axis y = 0 the first equation is x^5 small: round-off hides one of the two parabolas there."""
     bvp = algebraic(
@@ -234,6 +236,7 @@ def test_a_start_close_to_a_multiple_point():
         assert found(branch) == [("branch point", 2, 8, False, 0)]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("backend", ["numba", "scipy"])
 @pytest.mark.parametrize(("bvp", "multiplicity", "rays", "trunk"), [
     *[(bvp, d, rays, lambda lam: 0.0)
@@ -261,6 +264,7 @@ def test_three_close_branch_points():
         assert np.allclose([x.solution["lam"] for x in branch.special], [0.0, 1e-3, 3e-3], atol=1e-9)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("factor", [0.3, 1, 3])
 def test_column_on_an_elastic_foundation(factor):
     """k = 4 pi^4: one and two half-waves at the same load."""

@@ -90,6 +90,7 @@ def test_the_page_shows_what_disagrees():
     assert to_json([record])["schema"] == "rodatlas/paper/1"
 
 
+@pytest.mark.slow
 def test_one_figure_and_its_tables(capsys, folder, sources):
     entry = chosen(["slice-15"])[0]
     record = draw_to(entry, sources, folder)

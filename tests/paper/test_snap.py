@@ -6,6 +6,8 @@ from rodatlas.paper.snap import bending_near_end, draw, name_of, snap_at_fold
 from rodatlas.rods import RodState, critical_mode, index_of
 from rodatlas.states.descent import descend
 
+pytestmark = pytest.mark.slow
+
 
 @pytest.fixture(scope="module")
 def jump(slice_60):

@@ -202,6 +202,7 @@ def test_every_stable_stretch_belongs_to_a_named_state(slice_30):
     assert u.xy[:, 0].max() == slice_30.state("U", 0.2).high.value
 
 
+@pytest.mark.slow
 def test_warnings_stand_at_the_foot_of_the_figure(slice_15):
     """Below the axis label and the note, whole, and not too many; a slice without any has none."""
     empty = "search: no stable state found at shear 0.745: raise the number of starts"

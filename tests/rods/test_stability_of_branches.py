@@ -15,6 +15,7 @@ def sample(slice_, every):
                 yield b.id, point.solution
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("angle", "every"), [(15, 4), pytest.param(60, 5, marks=pytest.mark.slow)])
 def test_conjugate_points_and_second_variation_agree(angle, every, request):
     found = request.getfixturevalue(f"slice_{angle}")

@@ -113,6 +113,7 @@ def test_a_killed_worker_loses_no_task(cluster, tmp_path):
         assert content(tmp_path / o.task.file) == content(tmp_path / "plain" / o.task.file)
 
 
+@pytest.mark.slow
 def test_a_task_that_takes_its_workers_with_it_is_given_up(cluster, tmp_path):
     """And not those that waited on the same workers, which Dask gives up too. It takes two; the third does the rest."""
     for _ in range(3):

@@ -15,6 +15,7 @@ def values(slice_):
     return {k: v for k, v in slice_.to_json().items() if k != "seconds"}
 
 
+@pytest.mark.slow
 def test_two_processes_give_what_one_gives(tmp_path, near_zero):
     heard, said = [], []
     found = obtain_slices([NEAR, OTHER, NEAR], tmp_path, 2, lambda *args: heard.append(args), say=said.append)

@@ -30,6 +30,7 @@ def statuses(result):
     return {o.task.settings.number: o.status.value for o in result.outcomes}
 
 
+@pytest.mark.slow
 def test_failures_are_retried_within_a_cap_and_cost_nothing_else(tmp_path):
     """With two processes: one task never works, one takes its worker with it always, others only the first time."""
     trouble = {1: "dies once", 2: "always", 3: "dies", 4: "fails once"}
@@ -193,6 +194,7 @@ def small_disk(tmp_path):
     subprocess.run(["umount", str(folder)], check=True)
 
 
+@pytest.mark.slow
 def test_a_disk_that_is_really_full(small_disk, tmp_path):
     study = Study("full", tuple(map(cheap, range(6))), retries=1)
     with LocalExecutor(1) as one:
