@@ -29,7 +29,8 @@ from rodatlas.cli import main
 
 ROOT = Path(__file__).parents[1]
 PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").rglob("*.md"))]
-LONG = [ROOT / "README.md", *(ROOT / f"docs/atlas/{name}.md" for name in ("experiments", "models", "slices", "states"))]
+LONG = [ROOT / "README.md", *(ROOT / f"docs/atlas/{name}.md" for name in
+        ("experiments", "models", "phase", "slices", "states", "studies"))]  # fmt: skip
 FENCE = re.compile(r"^```(?P<kind>[a-z]*)\n(?P<text>.*?)^```$", re.DOTALL | re.MULTILINE)
 COMMAND = re.compile(r"^(?:rodatlas|make|python|pip) .*$", re.MULTILINE)
 INLINE = re.compile(r"`((?:rodatlas|make|python|pip) [^`]+)`")

@@ -178,6 +178,7 @@ def test_a_range_near_the_limiting_shear_is_said(slice_15):
     assert told.startswith("limiting shear: 0.85 is 0.981 of the limiting shear 0.866025; beyond 0.95 of it")
 
 
+@pytest.mark.slow
 def test_smooth_cuts_do_not_depend_on_the_steps(slice_30):
     """U becomes w exactly where k1(1/2) = 0."""
     w = slice_30.state("w", 0.625)

@@ -17,7 +17,7 @@ from rodatlas.cli.slice import _table as slice_table
 from rodatlas.cli.solve import _table as solve_table
 from rodatlas.cli.states import _table as states_table
 from rodatlas.cli.tables import say_table
-from rodatlas.paper.model import band_phase, band_slice
+from rodatlas.paper.model import band, band_phase, band_slice
 from rodatlas.paper.names.yu_hanna import COLORS
 from rodatlas.plot import color_of, draw_profiles, draw_slice, draw_slice_figure
 from rodatlas.plot.exports.tables import slice_tables
@@ -95,8 +95,8 @@ def test_table_has_a_column_only_when_something_touches(touching):
 
 def test_one_state_and_a_list_of_states_say_so(touching, u):
     inside, outside = (solve_state(u, shear, touching.settings) for shear in (0.0, 0.018))
-    assert "touches itself" in printed(solve_table("U", inside, "slice"))
-    assert "touches" not in printed(solve_table("U", outside, "slice"))
+    assert "touches itself" in printed(solve_table(band(), "U", inside))
+    assert "touches" not in printed(solve_table(band(), "U", outside))
     one, two = (FoundState(s, "+", "U", 0, None, 3) for s in (inside, outside))
     assert one.to_json()["contact"] is True
     first, second = one.to_json()["contact_at"]

@@ -11,6 +11,8 @@ import pytest
 from rodatlas.atlas import Slice
 from rodatlas.cli import main
 
+pytestmark = pytest.mark.slow
+
 TWO = """
 name = "two slices"
 [[slices]]

@@ -153,6 +153,7 @@ def test_wrong_declarations(declared, message: str) -> None:
 # -- one branch for each circle ---------------------------------------------------------------------------------------
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("k", "low", "high"), [(1, 35.0, 60.0), (5, 980.0, 1000.0)])
 def test_a_circle_of_branches_is_one_branch(k: int, low: float, high: float) -> None:
     bvp, options = ring(), replace(TIGHT, bounds={"lam": (low, high)})
@@ -275,6 +276,7 @@ def test_plane_and_standing_waves_leave_a_fourfold_point() -> None:
     assert power[0] == pytest.approx(mean, rel=1e-7)
 
 
+@pytest.mark.slow
 def test_eckhaus_points_on_plane_waves() -> None:
     """Waves of wave number q lose stability to modulations k at lam = 3 q^2 - k^2/2, each a circle of branches."""
     bvp, q, k = waves(), 4 * np.pi, 2 * np.pi

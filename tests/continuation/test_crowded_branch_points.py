@@ -8,6 +8,8 @@ from scipy.special import mathieu_a
 
 from rodatlas.continuation import BVP, Branch, Solution, TraceOptions, integral_of, trace
 
+pytestmark = pytest.mark.slow
+
 
 def along_rest(bvp: BVP, name: str, low: float, high: float, state: tuple[float, ...] | None = None) -> Branch:
     """The branch of a constant state from low to high, with default options."""

@@ -313,6 +313,7 @@ def test_auto_nag() -> None:
         np.testing.assert_allclose(point.solution["v"], u * (1 - u) / np.sqrt(2), atol=1e-7)
 
 
+@pytest.mark.slow
 def test_auto_kar() -> None:
     """von Karman's disk by SciPy's solve_bvp, folds of Zandbergen & Dijkstra 1977."""
     branch = run("auto_kar.py")

@@ -24,6 +24,8 @@ from rodatlas.continuation import (
     trace,
 )
 
+pytestmark = pytest.mark.slow
+
 LONG = StepControl(initial=0.5, maximum=3.0, target=0.05)
 
 

@@ -19,6 +19,8 @@ from rodatlas.continuation import (
     trace,
 )
 
+pytestmark = pytest.mark.slow
+
 BOX = TraceOptions(bounds={"lam": (-0.5, 0.5)})
 
 
@@ -76,9 +78,7 @@ def test_square_symmetry_along_the_trunk(b, lam, factor):
     assert (round(ahead.scalars[0], 6), round(behind.scalars[0], 6)) == (1, -1)
 
 
-@pytest.mark.parametrize(
-    "factor", [pytest.param(0.1, marks=pytest.mark.slow), 1, 3, pytest.param(10, marks=pytest.mark.slow)]
-)
+@pytest.mark.parametrize("factor", [0.1, 1, 3, 10])
 @pytest.mark.parametrize("start", [(0.6, 0.0), (0.1, 0.0), (0.3, 0.3), (-0.05, -0.05)])
 def test_square_symmetry_along_a_side_branch(start, factor):
     """The parameter turns there, and the index stays; no fold or second branch point is invented nearby."""
@@ -136,7 +136,6 @@ def test_triangle_symmetry(factor):
         assert line.discrepancies == ()
 
 
-@pytest.mark.slow
 def test_three_modes_at_once():
     """Before, the determinant changed sign and one simple branch point was reported."""
     bvp = cube(0.5)
@@ -152,7 +151,6 @@ def test_three_modes_at_once():
     assert found(side) == [("branch point", 3, 28, True, 0)]
 
 
-@pytest.mark.slow
 def test_both_directions_give_the_same_list():
     bvp = square(2.0)
     up = trace(bvp, constant(bvp, lam=-0.4), ("lam",), BOX)
@@ -182,7 +180,6 @@ def test_branches_that_share_their_tangent():
     assert same_set(branches, [*expected, (0.0, -0.5, 0.5), (0.0, 0.5, -0.5)], 1e-7)
 
 
-@pytest.mark.slow
 def test_rays_that_cannot_be_confirmed_are_counted():
     """On the axis y = 0 the first equation is x^5 small: round-off hides one of the two parabolas there."""
     bvp = algebraic(
@@ -198,7 +195,6 @@ def test_rays_that_cannot_be_confirmed_are_counted():
     assert np.linalg.norm(branches[:, None] - exact[None], axis=2).min(axis=1).max() < 1e-6
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("apart", [0.0, 1e-3, 1e-5])
 def test_two_oscillators(apart):
     """One double point, or two simple ones, which are told apart without the shortest of steps."""
@@ -236,7 +232,6 @@ def test_a_start_close_to_a_multiple_point():
         assert found(branch) == [("branch point", 2, 8, False, 0)]
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("backend", ["numba", "scipy"])
 @pytest.mark.parametrize(("bvp", "multiplicity", "rays", "trunk"), [
     *[(bvp, d, rays, lambda lam: 0.0)
@@ -264,7 +259,6 @@ def test_three_close_branch_points():
         assert np.allclose([x.solution["lam"] for x in branch.special], [0.0, 1e-3, 3e-3], atol=1e-9)
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("factor", [0.3, 1, 3])
 def test_column_on_an_elastic_foundation(factor):
     """k = 4 pi^4: one and two half-waves at the same load."""

@@ -185,6 +185,7 @@ def test_chords_on_an_orbit() -> None:
     assert ends[0] == pytest.approx(ends[1], rel=1e-8)
 
 
+@pytest.mark.slow
 def test_derivatives_of_points_on_an_orbit() -> None:
     """The value lam at which u^2 has a given mean, as mu changes: mu times it is a function of lam alone."""
     bvp = ring()

@@ -103,6 +103,7 @@ def whole(path):
     return data.startswith(b"%PDF") and data.rstrip().endswith(b"%%EOF")
 
 
+@pytest.mark.slow
 def test_no_reader_and_no_kill_meets_half_a_figure(tmp_path):
     """Two processes write the same figure while it is read, and are killed in the middle of it."""
     written = save_figure(figure(0.1), tmp_path / "same")

@@ -14,6 +14,7 @@ def u_state():
     return state_at(ENDS, "U")
 
 
+@pytest.mark.slow
 def test_the_states_at_15_degrees_from_u_alone(u_state):
     """US, W and WS, which branches connect only by pitchforks and by other shears and angles."""
     found = other_solutions(rod_problem(), [u_state], ("dD",), images=[reverse], limit=5)

@@ -8,6 +8,8 @@ from rodatlas.continuation import EndReason, Status, StepControl, TraceOptions, 
 from rodatlas.rods import Ends, rod_problem, state_at
 from rodatlas.rods.stability import morse_index_of
 
+pytestmark = pytest.mark.slow
+
 # angle, family, largest shear, whether the index is computed -> kinds and shears (found with three step sizes, and
 # those of U at 15 degrees published)
 LISTS = {

@@ -15,6 +15,8 @@ from rodatlas.rods import Ends, limiting_shear
 from rodatlas.states import find_states
 from rodatlas.states.discover import FIRST_ROUND
 
+pytestmark = pytest.mark.slow
+
 REFERENCE = Path(__file__).with_name("larger_searches.json")
 FACTOR, SEED = 10, 7  # size against the first round of the default search, and another seed than that
 

@@ -33,6 +33,10 @@ from rodatlas.progress import Progress
 
 ANY = 1000  # no limit to an index
 SHARES = (0.3, 0.55, 0.8)  # of a branch, at which it is compared with others: one may lie at a bifurcation
+NO_BRANCH = (
+    "no branch: no start of the model could be followed to this setting, perhaps since a fold lies on the way; other "
+    "values of the fixed controls, or a search, may find one"
+)
 Reference = Callable[[SliceSettings], list[tuple[str, Branch]] | None]
 """Gives names and branches of the slice with some settings from which states are carried, None when it has none."""
 
@@ -60,7 +64,7 @@ def follow_slice(
     if whole is not None:
         say(f"the longer slice, {settings.along} {whole.low:g} to {whole.high:g}")
         wide = follow_slice(whole, PrefixedCache(cache, f"whole-{whole.stem}-"), progress, carry, reference)
-        frontier.warnings += [f"from {whole.low:g} to {whole.high:g}: {warning}" for warning in wide.warnings]
+        frontier.warnings += [f"from {whole.low:g} to {whole.high:g}: {w}" for w in wide.warnings if w != NO_BRANCH]
         for followed in wide.branches:
             _follow_all(frontier, _seeds_inside(followed, settings), followed.source, cache, say)
     for source in settings.model.sources if whole is None else ():
@@ -76,10 +80,7 @@ def follow_slice(
         _follow_found(frontier, cache, say)
     _follow_images(frontier, cache, say)
     if not frontier.branches:
-        frontier.warnings.append(
-            "no branch: no start of the model could be followed to this setting, perhaps since a fold lies on the way; "
-            "other values of the fixed controls, or a search, may find one"
-        )
+        frontier.warnings.append(NO_BRANCH)
     return frontier
 
 
