@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Collection, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import TYPE_CHECKING, Any, NamedTuple, Protocol
 
@@ -89,6 +89,7 @@ class Model:
         first quantity by default.
     ribbon : reads a solution as a shape, None for what has none (see :class:`rodatlas.rods.RodState`).
     width : of the band over its length, for drawings and the test for self-contact; 0 for a line.
+    groups : names under which several controls are given at once, such as the components of a vector.
 
     Examples
     --------
@@ -115,19 +116,22 @@ class Model:
     order: tuple[str, ...] = ()
     ribbon: Callable[[Solution], Any] | None = None
     width: float = 0.0
+    groups: Mapping[str, Sequence[str]] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
-        for field, kind in (("controls", Control), ("quantities", Quantity), ("sources", Source)):
-            values = getattr(self, field)
+        for name, kind in (("controls", Control), ("quantities", Quantity), ("sources", Source)):
+            values = getattr(self, name)
             if not values:
-                raise WrongInput(field, f"expected at least one {kind.__name__}, got none")
+                raise WrongInput(name, f"expected at least one {kind.__name__}, got none")
             for value in values:
-                check_type(field, value, kind, f"{kind.__name__} objects")
+                check_type(name, value, kind, f"{kind.__name__} objects")
         self._check_controls()
-        for field in ("controls", "quantities", "sources"):
-            names = [value.name for value in getattr(self, field)]
+        if wrong := [n for names in self.groups.values() for n in names if n not in {c.name for c in self.controls}]:
+            raise WrongInput("groups", f"expected names of controls, got '{wrong[0]}'")
+        for kept in ("controls", "quantities", "sources"):
+            names = [value.name for value in getattr(self, kept)]
             if twice := next((name for name in names if names.count(name) > 1), ""):
-                raise WrongInput(field, f"expected names of their own, got '{twice}' twice")
+                raise WrongInput(kept, f"expected names of their own, got '{twice}' twice")
         if "/" in self.name or not self.name.strip():
             raise WrongInput("name", f"expected a name that can be part of a file's, got '{self.name}'")
 
@@ -196,9 +200,9 @@ class Model:
             "invariants": (found.observables, [x.name for x in self.invariants]),
             "order": (found.observables, self.order),
         }  # fmt: skip
-        for field, (there, wanted) in known.items():
+        for told, (there, wanted) in known.items():
             if missing := [name for name in wanted if name not in there]:
-                raise WrongInput(field, f"expected names of the problem, {', '.join(there)}, got '{missing[0]}'")
+                raise WrongInput(told, f"expected names of the problem, {', '.join(there)}, got '{missing[0]}'")
         return found
 
     def restricted(self, group: Sequence[str]) -> Model:

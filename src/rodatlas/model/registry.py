@@ -15,7 +15,11 @@ from rodatlas.continuation.checks import WrongInput, check_function, check_type
 from rodatlas.model.model import Model
 
 GROUP = "rodatlas.models"
-BUILT_IN = {"band": "rodatlas.paper.model:band"}  # by place, for it stands above this folder
+BUILT_IN = {  # by place, for they stand above this folder
+    "band": "rodatlas.paper.model:band", "rod": "rodatlas.rods.section_models:rectangular_rod",
+    "elliptic-rod": "rodatlas.rods.section_models:elliptic_rod",
+    "round-rod": "rodatlas.rods.section_models:round_rod", "given-rod": "rodatlas.rods.section_models:given_rod",
+}  # fmt: skip
 _KNOWN: dict[str, Model] = {}
 _PLACES: dict[str, str] = {}
 

@@ -11,6 +11,8 @@ from collections.abc import Callable, Mapping, Sequence
 from functools import lru_cache
 from typing import Any, NamedTuple
 
+import numpy as np
+
 from rodatlas.continuation import BVP, end_value, integral_of
 from rodatlas.continuation.problem.symmetry import Symmetry
 from rodatlas.continuation.problem.tracing import Named
@@ -23,7 +25,7 @@ from rodatlas.rods.formulation import (
     pose_columns,
     stacked,
 )
-from rodatlas.rods.kinematics import POSE, QUATERNION, balance, director_components, pose_of, quaternion_rate
+from rodatlas.rods.kinematics import POSE, POSITION, QUATERNION, balance, director_components, pose_of, quaternion_rate
 from rodatlas.rods.law import Law, LinearLaw
 from rodatlas.rods.poses import Clamps
 from rodatlas.rods.unknowns import (
@@ -53,19 +55,21 @@ class ElasticRod(NamedTuple):
 
 def elastic_rod(
     law: Callable[[Any], Law], clamps: Callable[[Any], Clamps], parameters: Mapping[str, float], *,
-    symmetries: Sequence[Symmetry] = (), name: str = "elastic rod",
+    load: Callable[[Any], Sequence[Any]] | None = None, symmetries: Sequence[Symmetry] = (), name: str = "elastic rod",
 ) -> ElasticRod:  # fmt: skip
     r"""Thirteen equations for (N, M, q, X), body components of force and moment.
 
-    .. math:: N' = N \times \omega, \quad M' = M \times \omega + N \times e_3, \quad X' = d_3,
+    .. math:: N' = N \times \omega - f, \quad M' = M \times \omega + N \times e_3, \quad X' = d_3,
               \qquad \omega = \partial H/\partial M
 
-    Observables: height = int y ds, energy = int W ds, end_force_z = z component of the force in space at s = 0.
+    Observables: height = int y ds, energy = int (W - f.X) ds, end_force_z = z component of the force in space at s = 0;
+    with a load also potential = -int f.X ds, the part of the energy that is not of the strain.
 
     Parameters
     ----------
     law, clamps : functions of the parameters by name, numbers or symbols, as `p` below.
-    parameters : names and default values of the parameters that both use.
+    parameters : names and default values of the parameters that these use.
+    load : the same, a dead load f per length (3,), in space [GJ/L^3]; None for none.
     symmetries : of the problem, checked when it is made.
 
     Raises
@@ -92,24 +96,37 @@ def elastic_rod(
         strain, moment = strain_and_moment(u, p)
         force_rate, moment_rate = balance([getattr(u, n) for n in FORCE], moment, strain)
         q = [getattr(u, k) for k in QUATERNION]
-        return [*force_rate, *moment_rate, *quaternion_rate(q, *strain), *director_components(*q)[2]]
+        frame = director_components(*q)
+        if load is not None:
+            f = load(p)
+            force_rate = [rate - sum(a * b for a, b in zip(d, f, strict=True))
+                          for rate, d in zip(force_rate, frame, strict=True)]  # fmt: skip
+        return [*force_rate, *moment_rate, *quaternion_rate(q, *strain), *frame[2]]
+
+    def potential(s: Any, u: Any, p: Any) -> Any:
+        return -sum(f * getattr(u, x) for f, x in zip(load(p), POSITION, strict=True)) if load is not None else 0.0
+
+    def energy(s: Any, u: Any, p: Any) -> Any:
+        return law(p).energy_density(*strain_and_moment(u, p)) + potential(s, u, p)
 
     problem = BVP(
         rhs, lambda left, right, p: clamps(p).residual(left, right), unknowns=UNKNOWNS, parameters=parameters,
         observables={
             "height": integral_of(lambda s, u, p: u.y),
-            "energy": integral_of(lambda s, u, p: law(p).energy_density(*strain_and_moment(u, p))),
+            "energy": integral_of(energy),
             "end_force_z": end_value(lambda left, right, p: space_force(left)[2]),
+            **({} if load is None else {"potential": integral_of(potential)}),
         },
         scales={**dict.fromkeys(FORCE, FORCE_SCALE), **dict.fromkeys(MOMENT, MOMENT_SCALE)},
         symmetries=symmetries, identities=unit_length, name=name,
     )  # fmt: skip
-    return ElasticRod(problem, formulation_with(law, clamps, tuple(parameters)))
+    return ElasticRod(problem, formulation_with(law, clamps, tuple(parameters), load))
 
 
 def formulation_with(
-    law: Callable[[Any], Law], clamps: Callable[[Any], Clamps], parameters: tuple[str, ...]
-) -> Formulation:
+    law: Callable[[Any], Law], clamps: Callable[[Any], Clamps], parameters: tuple[str, ...],
+    load: Callable[[Any], Sequence[Any]] | None = None,
+) -> Formulation:  # fmt: skip
     """How solutions of :func:`elastic_rod` are read, with the same arguments; the problem itself is not needed."""
 
     def law_at(p: Parameters) -> Law:
@@ -121,7 +138,10 @@ def formulation_with(
     def write(x: Sections, p: Parameters) -> Columns:
         return {**by_name(FORCE, x.force), **by_name(MOMENT, x.moment), **pose_columns(x)}
 
-    return Formulation(UNKNOWNS, parameters, law_at, lambda p: clamps(_named(p)), read, write)
+    def load_at(p: Parameters) -> np.ndarray:
+        return np.zeros(3) if load is None else np.array(load(_named(p)), dtype=float)
+
+    return Formulation(UNKNOWNS, parameters, law_at, lambda p: clamps(_named(p)), read, write, load_at)
 
 
 def _named(p: Parameters) -> Named:

@@ -93,6 +93,7 @@ class Formulation:
     law : the law at given parameters; clamps : the poses of its ends at them.
     read : cross-sections from columns (...) by name and parameters.
     write : columns by name from cross-sections and parameters, every unknown among them.
+    load : (3,) dead load per length at given parameters, in space [GJ/L^3].
     """
 
     unknowns: tuple[str, ...]
@@ -101,6 +102,7 @@ class Formulation:
     clamps: Callable[[Parameters], Clamps]
     read: Callable[[Columns, Parameters], Sections]
     write: Callable[[Sections, Parameters], Columns]
+    load: Callable[[Parameters], np.ndarray] = lambda p: np.zeros(3)
 
     def __repr__(self) -> str:
         return f"Formulation({', '.join(self.unknowns)})"

@@ -124,6 +124,52 @@ class LinearLaw:
         return [[c1, 0.0, 0.0], [0.0, c2, 0.0], [0.0, 0.0, c3]]
 
 
+@dataclass(frozen=True)
+class Rested:
+    r"""Another law whose rod is bent and twisted without load.
+
+    .. math:: \kappa = \kappa^0 + \partial H/\partial M, \qquad W = W_{\text{law}}(\kappa - \kappa^0)
+
+    Source: A. E. H. Love, "A treatise on the mathematical theory of elasticity" (4th ed., 1927), section 259: natural
+    curvature and twist.
+
+    Attributes
+    ----------
+    law : of the rod that is straight without load.
+    rest : (k1, k2, tau) without load [1/L], numbers or symbols. A strain that is rigid keeps that value.
+
+    Examples
+    --------
+    >>> Rested(LinearLaw(0.625), (1.0, 0.0, 0.0)).strain((1.25, 3.0, 0.5))
+    [3.0, 0.0, 0.5]
+    """
+
+    law: Law
+    rest: Sequence[Any]
+
+    @property
+    def rigid(self) -> tuple[bool, bool, bool]:
+        return self.law.rigid
+
+    def _change(self, strain: Sequence[Any]) -> list[Any]:
+        return [now - then for now, then in zip(strain, self.rest, strict=True)]
+
+    def strain(self, moment: Sequence[Any]) -> list[Any]:
+        return [change + then for change, then in zip(self.law.strain(moment), self.rest, strict=True)]
+
+    def moment(self, strain: Sequence[Any], reaction: Sequence[Any]) -> list[Any]:
+        return self.law.moment(self._change(strain), reaction)
+
+    def energy_density(self, strain: Sequence[Any], moment: Sequence[Any]) -> Any:
+        return self.law.energy_density(self._change(strain), moment)
+
+    def energy_parts(self, strain: Sequence[Any], moment: Sequence[Any]) -> list[Any]:
+        return self.law.energy_parts(self._change(strain), moment)
+
+    def compliance(self, moment: Sequence[Any]) -> list[list[Any]]:
+        return self.law.compliance(moment)
+
+
 def _is_number(value: object) -> bool:
     return isinstance(value, int | float | np.number)
 

@@ -167,10 +167,11 @@ def _of_rod(
 
 
 def _quantities(read: Callable[[Solution], RodState]) -> tuple[Quantity, ...]:
-    """What diagrams of a rod can be drawn against; loads are those on the right end."""
+    """What diagrams of a rod can be drawn against; loads are those at the clamp that is meant to move: the shear moves
+    the left one, all else the right one. Without weight the force is the same in both."""
 
-    def load(field: str, axis: int) -> Callable[[Solution], float]:
-        return lambda solution: float(getattr(read(solution), field)[-1, axis])
+    def load(field: str, axis: int, end: int = -1) -> Callable[[Solution], float]:
+        return lambda solution: float(getattr(read(solution), field)[end, axis])
 
     return (
         Quantity.of("height", r"h=\int y\,\mathrm{d}s", "L", "height"),
@@ -178,7 +179,8 @@ def _quantities(read: Callable[[Solution], RodState]) -> tuple[Quantity, ...]:
         Quantity("force-x", "n_x", load("force", 0), "GJ/L^2", what="force along the chord", conjugate="compression",
                  work=-1.0),
         Quantity("force-y", "n_y", load("force", 1), "GJ/L^2", what="force across the clamp plane", conjugate="offset"),
-        Quantity("force-z", "n_z", load("force", 2), "GJ/L^2", what="lateral force", conjugate="shear"),
+        Quantity("force-z", "n_z", load("force", 2, 0), "GJ/L^2", what="lateral force at the left clamp",
+                 conjugate="shear"),
         Quantity("moment-x", "m_x", load("moment", 0), "GJ/L", what="moment at the right clamp about x"),
         Quantity("moment-y", "m_y", load("moment", 1), "GJ/L", what="moment at the right clamp about y"),
         Quantity("moment-z", "m_z", load("moment", 2), "GJ/L", what="moment at the right clamp about z"),
@@ -210,10 +212,15 @@ def planar_seeds(setting: Setting, tolerance: float, keep: Keep) -> tuple[list[S
     At psi0 = 0 the angle mirror maps the slice to itself: U to W, and the third mode to another one (M3i). Near it the
     branch of M3i still resembles that of M3 upside down, with wi for w; far from it nothing on it is stable.
     """
+    return planar_seeds_of(bending_ratio(setting["poisson"]), setting, tolerance)
+
+
+def planar_seeds_of(a: float, setting: Setting, tolerance: float) -> tuple[list[Seed], list[str]]:
+    """Those seeds for a ratio a = EI1/GJ: planar states do not know how a rod bends about its normal."""
     from rodatlas.rods.planar import inverted_third_mode, planar_states
 
     angle = math.radians(setting["angle"])
-    states, missing = planar_states(bending_ratio(setting["poisson"]), angle, setting["compression"], tolerance)
+    states, missing = planar_states(a, angle, setting["compression"], tolerance)
     names = {"U": "U", "W": "W", "third mode": "M3"}
     seeds = [Seed(names[family], solution) for family, solution in states.items()]
     if setting["angle"] <= INVERTED_UP_TO_DEG and "third mode" in states:

@@ -28,7 +28,7 @@ import numpy as np
 import numpy.typing as npt
 
 from rodatlas.continuation.checks import as_array, check_type
-from rodatlas.rods.law import LinearLaw
+from rodatlas.rods.law import LinearLaw, Rested
 
 Array = npt.NDArray[np.float64]
 
@@ -114,11 +114,13 @@ class _Spectrum(NamedTuple):
 
 @dataclass(frozen=True)
 class _Rod:
-    """What does not change in Newton's method: stiffness (3,), chord (3,), load (3,), and whether kappa_2 = 0."""
+    """What does not change in Newton's method: stiffness (3,), chord (3,), load (3,), strain without load (3,), and
+    whether kappa_2 cannot change."""
 
     stiffness: Array
     chord: Array
     load: Array
+    rest: Array
     unbendable: bool
 
 
@@ -150,7 +152,7 @@ def _constraints(q: Array, rod: _Rod) -> tuple[Array, Array]:
         row = np.zeros((n, n + 1, 4))
         row[segment, segment] = left[:, 1] / n
         row[segment, segment + 1] = right[:, 1] / n
-        values.append(strain[:, 1] / n)
+        values.append((strain[:, 1] - rod.rest[1]) / n)
         rows.append(row)
     return np.concatenate(values), np.concatenate(rows)
 
@@ -160,7 +162,7 @@ def _lagrangian(q: Array, multipliers: Array, rod: _Rod) -> tuple[Array, Array]:
     n = len(q) - 1
     h, segment, node = 1.0 / n, np.arange(n), np.arange(n + 1)
     strain, left, right = _strains(q)
-    moment = strain * rod.stiffness
+    moment = (strain - rod.rest) * rod.stiffness
     if rod.unbendable:
         moment[:, 1] = multipliers[3:]
     gradient = np.zeros((n + 1, 4))
@@ -271,7 +273,7 @@ def second_variation_index(
     quaternion: npt.ArrayLike,
     position: npt.ArrayLike,
     strain: npt.ArrayLike,
-    law: LinearLaw,
+    law: LinearLaw | Rested,
     *,
     force: npt.ArrayLike | None = None,
     load: npt.ArrayLike = (0.0, 0.0, 0.0),
@@ -285,8 +287,8 @@ def second_variation_index(
         Increasing, from 0 to 1.
     quaternion, position, strain : array_like, shapes (K, 4), (K, 3), (K, 3)
         The state at `s`; strain = (k1, k2, tau). Of the positions only the ends matter.
-    law : LinearLaw
-        Stiffnesses of the rod.
+    law : LinearLaw, or Rested around one
+        Stiffnesses of the rod, and its strain without load.
     force : array_like, shape (3,), optional
         Body components at s = 0 [GJ/L^2]. Needed for a straight rod only, whose shape does not determine it.
     load : array_like, shape (3,)
@@ -313,8 +315,11 @@ def second_variation_index(
     if segments % 4 or segments < 16:
         raise ValueError(f"segments: expected a multiple of 4, at least 16, got {segments}")
     f = np.asarray(load, np.float64)
-    check_type("law", law, LinearLaw, "a LinearLaw such as LinearLaw(0.625)")
-    rod = _Rod(np.where(law.rigid, 0.0, law.stiffness), x[-1] - x[0], f, law.rigid[1])
+    linear, rest = (law.law, law.rest) if isinstance(law, Rested) else (law, (0.0, 0.0, 0.0))
+    check_type("law", linear, LinearLaw, "a LinearLaw such as LinearLaw(0.625)")
+    assert isinstance(linear, LinearLaw)
+    stiffness = np.where(linear.rigid, 0.0, linear.stiffness)
+    rod = _Rod(stiffness, x[-1] - x[0], f, np.array(rest, dtype=float), linear.rigid[1])
     start = np.zeros(3) if force is None else _space_force(q[0], np.asarray(force, np.float64))
     # The multiplier of the chord is -N(1) = f - N(0).
     meshes = (segments // 4, segments // 2, segments)

@@ -218,8 +218,13 @@ class RodState:
 
     @property
     def energy(self) -> float:
-        """Energy of the strain [GJ/L]."""
+        """Energy of the strain, and that of the load where there is one [GJ/L]."""
         return float(self.solution.observables["energy"])
+
+    @cached_property
+    def load(self) -> np.ndarray:
+        """(3,) dead load per length in space [GJ/L^3]."""
+        return self._reader.load(parameters_of(self.solution))
 
     @cached_property
     def energy_parts(self) -> tuple[float, float]:
@@ -229,8 +234,16 @@ class RodState:
 
     @cached_property
     def first_integrals(self) -> dict[str, np.ndarray]:
-        """N.N, N.M and H + N3 at the places, (...) each, H = M.k - W: constant without body force."""
+        r"""What is constant along a rod of one law and one dead load f, at the places, (...) each.
+
+        Without load N.N, N.M and H + N3, where H = M.k - W; with it n + f s in space, by components, and
+        H + N3 + f.X.
+        """
         density = np.einsum("...a,...a->...", self.moment_body, self.strain) - self.energy_density
+        if self.load.any():
+            force = self.force + np.multiply.outer(self.s, self.load)
+            fields = {f"n{axis}+f{axis}s": force[..., i] for i, axis in enumerate("xyz")}
+            return {**fields, "H+N3+f.X": density + self.tension + self.position @ self.load}
         return {
             "N.N": np.einsum("...a,...a->...", self.force_body, self.force_body),
             "N.M": np.einsum("...a,...a->...", self.force_body, self.moment_body),
