@@ -6,6 +6,7 @@ import pytest
 
 import arch_model  # noqa: F401  (registers the shallow arch)
 from rodatlas.cli import main
+from rodatlas.cli.setting import slice_settings_from
 from rodatlas.paper import band
 
 
@@ -24,6 +25,31 @@ def test_every_control_is_an_option(capsys, command):
     assert "--rise NUMBER" in text
     assert "--load NUMBER" in text
     assert "--angle" not in text.replace("--angle-m", "")
+
+
+@pytest.mark.parametrize(
+    ("options", "model", "values"),
+    [
+        ((), "band", {}),
+        (("--section", "rectangle:23.6"), "rod", {"thickness": 1 / 23.6, "poisson": 0.25}),
+        (("--section=square", "--poisson", "0.3"), "rod", {"thickness": 1.0, "poisson": 0.3}),
+        (("--section", "ellipse:3"), "elliptic-rod", {"thickness": 1 / 3}),
+        (("--section", "circle"), "round-rod", {}),
+        (("--section", "a:0.625"), "given-rod", {"a": 0.625, "c2": 0.0}),
+        (("--section", "a:0.7,b:18"), "given-rod", {"a": 0.7, "c2": 1 / 18}),
+        (("--gravity", "0,0,-20"), "rod", {"thickness": 0.0, "gravity-x": 0.0, "gravity-z": -20.0}),
+        (("--gravity-y=2",), "rod", {"gravity-y": 2.0}),
+        (("--rest", "1,0,0.5", "--section", "circle"), "round-rod", {"rest-k1": 1.0, "rest-twist": 0.5}),
+        (("--thickness", "0.1"), "rod", {"thickness": 0.1}),
+    ],
+)
+def test_sections_weights_and_rest_strains_choose_a_model(monkeypatch, capsys, options, model, values):
+    given = []
+    monkeypatch.setattr("rodatlas.cli.slice.run", lambda fixed, *_: given.append(fixed))
+    assert run(capsys, "slice", "--angle", "15", *options)[0] == 0
+    settings = slice_settings_from(given[0], "1e-8")
+    assert (settings.model.name, settings.along, settings.setting["angle"]) == (model, "shear", 15.0)
+    assert {name: settings.setting[name] for name in values} == pytest.approx(values)
 
 
 def test_the_arch_from_end_to_end(capsys, tmp_path):
@@ -47,7 +73,7 @@ def test_the_arch_from_end_to_end(capsys, tmp_path):
 @pytest.mark.parametrize(
     ("arguments", "line"),
     [
-        (("slice", "--model", "arc"), "model: expected one of band, got 'arc'"),
+        (("slice", "--model", "arc"), "model: expected one of band, "),
         (("slice", "--model", "arch", "--angle", "3"), "No such option: --angle"),
         (("slice", "--model", "arch", "--rise", "three"), "rise: expected a number, got 'three'"),
         (("slice", "--model=arch", "--model", "arch"), "model: expected once, got arch and arch"),

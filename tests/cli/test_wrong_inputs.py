@@ -36,6 +36,9 @@ WRONG = {
     "LxWxT": ["", "3", "240x3", "240x3x0.1x1", "ax3x0.1", "240x3xnan", "infx3x0.1", "-240x3x0.1", "240x500x0.1",
               "240x3x5", "240x3x1e-300", "1_0x3x0.1", "1e300x3x0.1", "240x0x0.1"],
     "ADDRESS": ["", "host", "host:80", "tcp://", "://x", "tcp://host", "tcp://ho st:80", "tcp://h:999999999", "a\0b"],
+    "SECTION": ["", "rect:3", "rectangle", "rectangle:0.5", "rectangle:x", "rectangle:inf", "square:1", "circle,", "a:",
+                "a:0", "a:1,b:0", "b:3", "a:1,b:2,c:3", "a:1,a:2", "ellipse:nan", "x" * 10_000],
+    "VECTOR": ["", "1", "1,2", "1,2,3,4", "1,2,x", "1;2;3", "nan,0,0", "inf,0,0", "0,1e9,0", "a\0b,0,0"],
     "FORMAT": ["", "obj", "csv,stl", "c s v"], "CLASS": ["", "++", "x", "Both", "+-"],
 }  # fmt: skip
 FURTHER = {  # wrong for one option only
@@ -72,7 +75,10 @@ TOGETHER = [  # wrong only together
     (["slice", "--angle", "15", "--along", "lambda"], "along: expected one of poisson, compression, angle, "),
     (["slice", "--angle", "15", "--against", "mass"], "against: expected one of height, energy, force-x, "),
     (["slice", "--angle", "15", "--turn-left", "3", "--angle-left", "9"], "angle-left: expected no --angle beside"),
-    (["slice", "--angle", "15", "--model", "arc"], "model: expected one of band, got 'arc'"),
+    (["slice", "--angle", "15", "--model", "arc"], "model: expected one of band, rod, elliptic-rod, "),
+    (["slice", "--angle", "15", "--model", "rod", "--section", "square"], "section: expected none beside --model"),
+    (["slice", "--angle", "15", "--section", "square", "--thickness", "0.3"], "thickness: expected none beside --sec"),
+    (["slice", "--angle", "15", "--gravity", "0,0,1", "--gravity-z", "3"], "gravity-z: expected none beside --gravity"),
     (["slice", "--angle", "15", "--angle-left", "20"], "angle-left: expected no --angle beside --angle-left, got both"),
     (["slice", "--angle-left", "20"], "angle-right: expected --angle-right beside --angle-left, got none"),
     (["loci", "--in", "compression,shear"], "angle: expected --angle, or --angle-left and --angle-right, got none"),

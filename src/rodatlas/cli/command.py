@@ -104,5 +104,6 @@ KINDS = {
     "MM": "a length in mm", "RATIO": "a number or a fraction such as 1/80", "NAME": "a name",
     "FILE": "a file", "FILE.toml": "a file", "FOLDER": "a folder",
     "LxWxT": "length, width and thickness in mm such as 240x3x0.127",
+    "SECTION": "a section such as rectangle:23.6", "VECTOR": "three numbers such as 0,0,-5",
     "ADDRESS": "tcp://host:port", "FORMAT": "csv, vtp, glb or stl", "CLASS": "+, - or both",
 }  # fmt: skip

@@ -140,12 +140,12 @@ def rod_model(
     check_type("rod", rod, ElasticRod, "an ElasticRod, see elastic_rod")
     pairs = None if pairing is None else tuple(pairing)
     problem, reader = rod
-    return _of_rod(
+    return model_of_rod(
         name, lambda: problem, lambda: reader, tuple(controls), tuple(sources), pairing=pairs, width=width, **more
     )
 
 
-def _of_rod(
+def model_of_rod(
     name: str, build: Callable[[], BVP], reader: Callable[[], Formulation | None], controls: tuple[Control, ...],
     sources: tuple[Source, ...], **more: Any,
 ) -> Model:  # fmt: skip
@@ -264,7 +264,7 @@ def clamped_band() -> Model:
     >>> clamped_band().setting(angle=20.0, compression=0.4)["shear"]
     0.0
     """
-    return _of_rod(
+    return model_of_rod(
         "clamped band", _band_problem, lambda: None, CONTROLS,
         (Source("planar states", planar_seeds), Source("twisted states", twisted_seeds)),
         pairing=("reversal",), sign=_sign, width=NARROW,

@@ -12,18 +12,19 @@ from dataclasses import replace
 from functools import lru_cache
 
 from rodatlas.continuation import Solution
+from rodatlas.continuation.checks import WrongInput
 from rodatlas.model import Control, Model, Seed, Setting, Source
 from rodatlas.model.control import Limits
 from rodatlas.model.model import Keep
-from rodatlas.rods.band import NARROW
+from rodatlas.rods.band import NARROW, number_from_text
 from rodatlas.rods.elastic import ElasticRod
 from rodatlas.rods.loaded import loaded_rod
 from rodatlas.rods.model import (
     CONTROLS,
     REFERENCE_ANGLE_DEG,
     REFERENCE_COMPRESSION,
+    model_of_rod,
     planar_seeds_of,
-    rod_model,
     twisted_seeds,
 )
 from rodatlas.rods.sections import CIRCLE_SECTION, ELLIPSE, RECTANGLE, Section
@@ -78,7 +79,6 @@ LOADS = (
 
 def _model(name: str, section: Section | None, own: Sequence[Control]) -> Model:
     """A rod whose stiffnesses follow from the controls `own`."""
-    rod = loaded_rod(section)
     held = {c.name: c for c in CONTROLS}
     clamps = [c for c in CONTROLS if c.name not in ("poisson", "shear") and not c.derived]
     controls = (*own, *clamps, *LOADS, held["shear"], *(c for c in CONTROLS if c.derived))
@@ -86,7 +86,7 @@ def _model(name: str, section: Section | None, own: Sequence[Control]) -> Model:
 
     def rewritten(seeds: Sequence[Seed], setting: Mapping[str, float]) -> list[Seed]:
         """States of the thin band in the unknowns of the rod, at a setting."""
-        return [Seed(seed.name, _rewritten(seed.solution, rod, own, setting)) for seed in seeds]
+        return [Seed(seed.name, _rewritten(seed.solution, loaded_rod(section), own, setting)) for seed in seeds]
 
     def planar(setting: Setting, tolerance: float, keep: Keep) -> tuple[list[Seed], list[str]]:
         at = setting.replace(**bare)
@@ -110,10 +110,10 @@ def _model(name: str, section: Section | None, own: Sequence[Control]) -> Model:
     sources = [Source("planar states", planar)]
     if section is None or section.proportions:
         sources.append(Source("twisted states", twisted))
-    return rod_model(
-        name, rod, controls, sources, pairing=("reversal",), width=NARROW, references=references,
-        groups={"gravity": WEIGHT, "rest": AT_REST},
-    )
+    return model_of_rod(
+        name, lambda: loaded_rod(section).problem, lambda: loaded_rod(section).formulation, controls, tuple(sources),
+        pairing=("reversal",), width=NARROW, references=references, groups={"gravity": WEIGHT, "rest": AT_REST},
+    )  # fmt: skip
 
 
 def _of_section(raw: Mapping[str, float]) -> dict[str, float]:
@@ -127,6 +127,48 @@ def _rewritten(state: Solution, rod: ElasticRod, own: Sequence[Control], setting
     there = dict(rod.problem.parameters) | {c.parameter: c.raw(setting[c.name], {}) for c in own}
     there |= {name: state[name] for name in ("psi0", "dL", "dD")}
     return RodState(state).rewritten(rod.formulation, **there)
+
+
+SECTIONS = "rectangle:D/t, square, ellipse:D/t, circle, tube, a:NUMBER or a:NUMBER,b:NUMBER"
+
+
+def model_of_section(text: str) -> tuple[str, dict[str, float]]:
+    """The name of a model, and the values of its controls, from a section in words.
+
+    Parameters
+    ----------
+    text : 'rectangle:23.6' and 'ellipse:3' with width over thickness, at least 1; 'square', 'circle', 'tube'; 'a:0.7'
+        and 'a:0.7,b:18' with EI1/GJ and EI2/GJ, the latter infinite where it is left out.
+
+    Raises
+    ------
+    ValueError
+        for other words or numbers.
+
+    Examples
+    --------
+    >>> model_of_section("rectangle:4")
+    ('rod', {'thickness': 0.25})
+    """
+    wrong = WrongInput("section", f"expected {SECTIONS}, got '{text[:100]}'")
+    kind, colon, rest = text.strip().partition(":")
+    if kind in ("square", "circle", "tube") and not colon:
+        return ("rod", {"thickness": 1.0}) if kind == "square" else ("round-rod", {})
+    try:
+        if kind in ("rectangle", "ellipse"):
+            ratio = number_from_text(rest)
+            if not 1.0 <= ratio < math.inf:
+                raise wrong
+            return ("rod" if kind == "rectangle" else "elliptic-rod"), {"thickness": 1.0 / ratio}
+        pairs = [part.partition(":") for part in text.strip().split(",")]
+        given = {name.strip(): number_from_text(value) for name, _, value in pairs}
+    except ValueError:
+        raise wrong from None
+    if not {"a"} <= set(given) <= {"a", "b"} or len(given) < len(pairs):
+        raise wrong
+    if not all(0.0 < value < math.inf for value in given.values()):
+        raise wrong
+    return "given-rod", {"a": given["a"], "c2": 1.0 / given["b"] if "b" in given else 0.0}
 
 
 @lru_cache(maxsize=1)
