@@ -90,8 +90,9 @@ def replace_computations(patch: pytest.MonkeyPatch, whole: Slice, loci: Callable
     def slice_of(settings: SliceSettings, cache: Any = None, progress: Any = None, *_: Any, **__: Any) -> Slice:
         if settings.model is whole.settings.model and settings.along == whole.settings.along:
             return replace(thin(whole), settings=settings)
-        few = 0.05 * (settings.high - settings.low)
-        near = {"low": max(settings.low, settings.anchor - few), "high": min(settings.high, settings.anchor + few)}
+        few, near = 0.05 * (settings.high - settings.low), {}
+        if settings.model.ribbon is not None:  # of rods a short range
+            near = {"low": max(settings.low, settings.anchor - few), "high": min(settings.high, settings.anchor + few)}
         short = replace(settings, **near, search=0, tolerance=1e-6)
         return replace(compute_slice(short, None, progress, carry=False), settings=settings)  # takes some seconds
 

@@ -103,9 +103,12 @@ def _names(model: str) -> set[str]:
 
 def _given(args: list[str], name: str) -> list[str]:
     """Values of an option that has to be read before all others."""
-    given = [(i, arg) for i, arg in enumerate(args) if arg.partition("=")[0] == name]
-    values = [arg.partition("=")[2] if "=" in arg else "".join(args[i + 1 : i + 2]) for i, arg in given]
-    found = [value for value in values if value]
+    found: list[str] = []
+    for i, arg in enumerate(args):
+        if arg.startswith(f"{name}="):
+            found.append(arg.partition("=")[2])
+        elif arg == name:
+            found += args[i + 1 : i + 2]  # none at the end, as the parser will say
     if len(found) > 1:
         raise ValueError(f"{name[2:]}: expected once, got {' and '.join(map(shown, found))}")
     return found

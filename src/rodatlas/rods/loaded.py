@@ -12,13 +12,13 @@ from __future__ import annotations
 from functools import lru_cache
 from typing import Any
 
+from rodatlas.continuation.checks import check_type
 from rodatlas.rods.elastic import MOMENT, ElasticRod, elastic_rod
 from rodatlas.rods.law import LinearLaw, Rested
 from rodatlas.rods.sections import Section
 from rodatlas.rods.unknowns import CIRCLE, GRAVITY, REST, clamps_of, symmetries_of
 
 
-@lru_cache(maxsize=8)
 def loaded_rod(section: Section | None = None) -> ElasticRod:
     """A rod between two clamps with a section, a weight, and natural curvature and twist.
 
@@ -39,6 +39,13 @@ def loaded_rod(section: Section | None = None) -> ElasticRod:
     >>> parameters = rod.problem.parameters | Ends(15.0).parameters
     >>> start = RodState(state_at(Ends(15.0))).rewritten(rod.formulation, **parameters)
     """
+    check_type("section", section, (Section, type(None)), "a Section such as RECTANGLE, or None")
+    return _made(section)
+
+
+@lru_cache(maxsize=8)
+def _made(section: Section | None) -> ElasticRod:
+    """The problem, traced once for each section."""
     if section is None:
         own: dict[str, float] = {"a": 0.625, "c2": 0.0}
     else:

@@ -31,6 +31,11 @@ from rodatlas.rods.sections import CIRCLE_SECTION, ELLIPSE, RECTANGLE, Section
 from rodatlas.rods.unknowns import GRAVITY, REST
 
 MOST_WEIGHT, MOST_REST = 1e4, 1e3
+ALIKE = 1e-9  # of a c2 = EI1/EI2, from 1
+CONTINUUM = (
+    "planar states: a rod that bends alike to all sides is turned about the chord at will between clamps at angle 0 "
+    "without shear; this continuum is not followed"
+)
 STRAIGHT = ("turn-left", "turn-right", "offset", "twist")
 WEIGHT = ("gravity-x", "gravity-y", "gravity-z")
 AT_REST = ("rest-k1", "rest-k2", "rest-twist")
@@ -91,7 +96,9 @@ def _model(name: str, section: Section | None, own: Sequence[Control]) -> Model:
     def planar(setting: Setting, tolerance: float, keep: Keep) -> tuple[list[Seed], list[str]]:
         at = setting.replace(**bare)
         raw = {c.parameter: c.raw(at[c.name], {}) for c in own}
-        a = raw["a"] if section is None else section.stiffness(**_of_section(raw))[0]
+        a, c2 = (raw["a"], raw["c2"]) if section is None else section.stiffness(**_of_section(raw))
+        if abs(a * c2 - 1.0) < ALIKE and at["angle"] == 0.0:
+            return [], [CONTINUUM]
         seeds, warnings = planar_seeds_of(float(a), at, tolerance)
         return rewritten(seeds, at), warnings
 
