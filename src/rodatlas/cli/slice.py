@@ -70,8 +70,11 @@ def _figures(found: Slice, folder: Path, stem: str) -> list[Path]:
     from rodatlas.plot import colors_of, draw_profiles, draw_slice_figure, save_figure
 
     written = [*save_figure(draw_slice_figure(found), folder / f"{stem}-diagram")]
-    if found.states and found.settings.model.ribbon is not None:
-        profiles = draw_profiles(coexisting_states(found), colors_of(found))
+    model = found.settings.model
+    read = model.ribbon
+    if found.states and read is not None:
+        rods = {name: read(x) for name, x in coexisting_states(found).items()}
+        profiles = draw_profiles(rods, colors_of(found), model.controls)
         written += save_figure(profiles, folder / f"{stem}-profiles")
     return written
 

@@ -16,7 +16,7 @@ from rodatlas.rods.poses import Clamps, Pose
 from rodatlas.rods.reach import state_at
 from rodatlas.rods.second_variation import SecondVariationResult, second_variation_index
 from rodatlas.rods.section_models import elliptic_rod, given_rod, rectangular_rod, round_rod
-from rodatlas.rods.sections import CIRCLE_SECTION, ELLIPSE, RECTANGLE, TUBE, Section
+from rodatlas.rods.sections import CIRCLE_SECTION, ELLIPSE, RECTANGLE, Section
 from rodatlas.rods.stability import index_of
 from rodatlas.rods.state import RodState
 from rodatlas.rods.symmetry import (
@@ -38,7 +38,7 @@ from rodatlas.rods.units import BandUnits, ClampErrors
 from rodatlas.rods.width import width_effect
 
 __all__ = [
-    "CIRCLE_SECTION", "ELLIPSE", "NARROW", "RECTANGLE", "TUBE", "Band", "BandUnits", "Carried", "ClampErrors",
+    "CIRCLE_SECTION", "ELLIPSE", "NARROW", "RECTANGLE", "Band", "BandUnits", "Carried", "ClampErrors",
     "Clamps", "Contact", "ElasticRod", "Ends", "IndexResult", "LinearLaw", "Mode", "Pose", "Rested", "RodState",
     "SecondVariationResult", "Section", "anisotropic_rod", "asymmetry", "bending_ratio", "carried", "clamped_band",
     "critical_mode", "critical_modes", "elastic_rod", "elliptic_rod", "fixes", "from_reduced", "given_rod",

@@ -9,11 +9,13 @@ also the weight of the whole [GJ/L^2]. The clamps are those of all rods, :class:
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from functools import lru_cache
 from typing import Any
 
 from rodatlas.continuation.checks import check_type
-from rodatlas.rods.elastic import MOMENT, ElasticRod, elastic_rod
+from rodatlas.rods.elastic import MOMENT, ElasticRod, elastic_rod, formulation_with
+from rodatlas.rods.formulation import Formulation
 from rodatlas.rods.law import LinearLaw, Rested
 from rodatlas.rods.sections import Section
 from rodatlas.rods.unknowns import CIRCLE, GRAVITY, REST, clamps_of, symmetries_of
@@ -24,7 +26,8 @@ def loaded_rod(section: Section | None = None) -> ElasticRod:
 
     Parameters
     ----------
-    section : tells the stiffnesses from the parameters nu and thickness (t/D); of a round one from nu alone. None:
+    section : tells the stiffnesses from the parameters nu and its proportion t/D (`thickness`
+        of a rectangle, `flatness` of an ellipse); of a round one from nu alone. None:
         they are parameters themselves, a = EI1/GJ and c2 = GJ/EI2.
 
     Further parameters: `gravity_x`, `gravity_y`, `gravity_z`, the weight as a vector [GJ/L^2]; `rest_k1`, `rest_k2`,
@@ -46,20 +49,42 @@ def loaded_rod(section: Section | None = None) -> ElasticRod:
 @lru_cache(maxsize=8)
 def _made(section: Section | None) -> ElasticRod:
     """The problem, traced once for each section."""
+    parameters = _parameters(section)
+    rod = elastic_rod(
+        _law(section), clamps_of, parameters, load=_load, symmetries=symmetries_of(MOMENT, loaded=True),
+        name=f"{section.name if section else 'given'} rod",
+    )  # fmt: skip
+    return ElasticRod(rod.problem, formulation_of(section))
+
+
+@lru_cache(maxsize=8)
+def formulation_of(section: Section | None) -> Formulation:
+    """How solutions of :func:`loaded_rod` are read; the problem itself is not needed."""
+    return formulation_with(_law(section), clamps_of, tuple(_parameters(section)), _load)
+
+
+def _parameters(section: Section | None) -> dict[str, float]:
+    """Names and default values."""
     if section is None:
-        own: dict[str, float] = {"a": 0.625, "c2": 0.0}
+        own = {"a": 0.625, "c2": 0.0}
     else:
-        own = {"nu": 0.25, "thickness": 0.0} if section.proportions else {"nu": 0.25}
+        own = {"nu": 0.25, **({section.proportion: 0.0} if section.proportion else {})}
+    return {**own, **dict.fromkeys(GRAVITY + REST, 0.0), **CIRCLE}
+
+
+def _law(section: Section | None) -> Callable[[Any], Rested]:
+    """The law at parameters by name."""
 
     def law(p: Any) -> Rested:
         if section is None:
             stiffness = (p.a, p.c2)
         else:
-            stiffness = section.stiffness(p.nu, p.thickness) if section.proportions else section.stiffness(p.nu)
+            stiffness = section.stiffness(p.nu, *([getattr(p, section.proportion)] if section.proportion else []))
         return Rested(LinearLaw(*stiffness), [getattr(p, name) for name in REST])
 
-    parameters = {**own, **dict.fromkeys(GRAVITY + REST, 0.0), **CIRCLE}
-    return elastic_rod(
-        law, clamps_of, parameters, load=lambda p: [getattr(p, name) for name in GRAVITY],
-        symmetries=symmetries_of(MOMENT, loaded=True), name=f"{section.name if section else 'given'} rod",
-    )  # fmt: skip
+    return law
+
+
+def _load(p: Any) -> list[Any]:
+    """The weight."""
+    return [getattr(p, name) for name in GRAVITY]

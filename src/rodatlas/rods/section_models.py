@@ -96,7 +96,7 @@ def _model(name: str, section: Section | None, own: Sequence[Control]) -> Model:
     def planar(setting: Setting, tolerance: float, keep: Keep) -> tuple[list[Seed], list[str]]:
         at = setting.replace(**bare)
         raw = {c.parameter: c.raw(at[c.name], {}) for c in own}
-        a, c2 = (raw["a"], raw["c2"]) if section is None else section.stiffness(**_of_section(raw))
+        a, c2 = (raw["a"], raw["c2"]) if section is None else section.stiffness(*raw.values())
         if abs(a * c2 - 1.0) < ALIKE and at["angle"] == 0.0:
             return [], [CONTINUUM]
         seeds, warnings = planar_seeds_of(float(a), at, tolerance)
@@ -115,17 +115,12 @@ def _model(name: str, section: Section | None, own: Sequence[Control]) -> Model:
         return [plain, at_angle, at_angle.replace(compression=REFERENCE_COMPRESSION)]
 
     sources = [Source("planar states", planar)]
-    if section is None or section.proportions:
+    if section is None or section.proportion:
         sources.append(Source("twisted states", twisted))
     return model_of_rod(
         name, lambda: loaded_rod(section).problem, lambda: loaded_rod(section).formulation, controls, tuple(sources),
         pairing=("reversal",), width=NARROW, references=references, groups={"gravity": WEIGHT, "rest": AT_REST},
     )  # fmt: skip
-
-
-def _of_section(raw: Mapping[str, float]) -> dict[str, float]:
-    """Parameters of a problem as arguments of :meth:`rodatlas.rods.sections.Section.stiffness`."""
-    return {"poisson": raw["nu"]} | {name: raw[name] for name in ("thickness",) if name in raw}
 
 
 def _rewritten(state: Solution, rod: ElasticRod, own: Sequence[Control], setting: Mapping[str, float]) -> Solution:
@@ -192,7 +187,7 @@ def rectangular_rod() -> Model:
 @lru_cache(maxsize=1)
 def elliptic_rod() -> Model:
     """The model 'elliptic-rod'."""
-    return _model("elliptic-rod", ELLIPSE, (POISSON, THICKNESS))
+    return _model("elliptic-rod", ELLIPSE, (POISSON, replace(THICKNESS, parameter="flatness")))
 
 
 @lru_cache(maxsize=1)

@@ -28,14 +28,15 @@ class Section:
 
     Attributes
     ----------
-    name : 'rectangle', 'ellipse', 'circle' or 'tube'.
+    name : 'rectangle', 'ellipse' or 'circle', which a tube is like.
     shape : function of t/D, a number or a symbol, that gives I1/J and J/I2; the latter is 0 at t/D = 0.
-    proportions : how many numbers tell the shape: 1, or 0 for what is round.
+    proportion : name of the parameter that is t/D; '' for what is round. Other names for other shapes: by its
+        parameters it is told what a solution is of.
     """
 
     name: str
     shape: Callable[[Any], tuple[Any, Any]]
-    proportions: int = 1
+    proportion: str = ""
 
     def stiffness(self, poisson: Any, thickness: Any = 1.0) -> tuple[Any, Any]:
         """EI1/GJ [-] and GJ/EI2 [-], the latter 0 where the section does not bend about its normal.
@@ -92,5 +93,5 @@ def _round(thickness: Any) -> tuple[Any, Any]:
     return 0.5, 2.0
 
 
-RECTANGLE, ELLIPSE = Section("rectangle", _rectangle), Section("ellipse", _ellipse)
-CIRCLE_SECTION, TUBE = Section("circle", _round, 0), Section("tube", _round, 0)
+RECTANGLE, ELLIPSE = Section("rectangle", _rectangle, "thickness"), Section("ellipse", _ellipse, "flatness")
+CIRCLE_SECTION = Section("circle", _round)  # and of a circular tube

@@ -13,11 +13,15 @@ from rodatlas.rods.elastic import ANISOTROPIC
 from rodatlas.rods.formulation import Formulation, Sections, components, parameters_of
 from rodatlas.rods.kinematics import directors
 from rodatlas.rods.law import Law
+from rodatlas.rods.loaded import formulation_of
 from rodatlas.rods.perfectly_anisotropic import FULL, REDUCED
 from rodatlas.rods.poses import Clamps
+from rodatlas.rods.sections import CIRCLE_SECTION, ELLIPSE, RECTANGLE
 from rodatlas.rods.unknowns import CLAMPS
 
-FORMULATIONS = (FULL, REDUCED, ANISOTROPIC)  # those that a solution without further notice may be of
+FORMULATIONS = (  # those that a solution without further notice may be of, those that need more names first
+    FULL, REDUCED, *(formulation_of(section) for section in (RECTANGLE, ELLIPSE, CIRCLE_SECTION, None)), ANISOTROPIC,
+)  # fmt: skip
 SYMMETRIC = 1e-5  # largest asymmetry of a state that equals its reversal
 
 

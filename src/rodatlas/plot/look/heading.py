@@ -34,8 +34,8 @@ def setting_of(solution: Solution, without: Collection[str] = (), controls: Sequ
     Parameters
     ----------
     without : names of controls that are left out.
-    controls : of its problem, those of a band by default.
+    controls : of its problem, those of a band by default; what it has no parameter for is left out.
     """
     parameters = parameters_of(solution)
-    held = [c for c in controls if not c.derived and c.name not in without]
+    held = [c for c in controls if not c.derived and c.name not in without and c.parameter in parameters]
     return setting_text(held, {c.name: c.value(parameters) for c in held})

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -22,6 +22,8 @@ from rodatlas.plot.look.style import (
 from rodatlas.plot.slices.overlaps import draw_coinciding
 from rodatlas.rods.band import NARROW
 from rodatlas.rods.contact import self_contact
+from rodatlas.rods.law import LinearLaw
+from rodatlas.rods.model import CONTROLS
 from rodatlas.rods.state import RodState
 
 if TYPE_CHECKING:
@@ -29,6 +31,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
     from rodatlas.continuation import Solution
+    from rodatlas.model import Control
 
 SAMPLES = 601
 HEIGHT = 4.5
@@ -42,16 +45,21 @@ PANELS: tuple[tuple[str, Callable[[RodState], np.ndarray]], ...] = (
     (r"tension $N_3$  ($GJ/L^2$)", lambda state: state.tension),
     (r"energy density $a\kappa_1^2+\tau^2$  ($GJ/L^2$)", lambda state: 2 * state.energy_density),  # as in the paper
 )
+ANY_ENERGY = r"energy density $2W$  ($GJ/L^2$)"  # of another law than that of the band
 
 
-def draw_profiles(states: Mapping[str, Solution], colors: Mapping[str, str] | None = None) -> Figure:
+def draw_profiles(
+    states: Mapping[str, Solution | RodState], colors: Mapping[str, str] | None = None,
+    controls: Sequence[Control] = CONTROLS,
+) -> Figure:  # fmt: skip
     """Draw curvature, twist, tension and energy density over the arclength, one color for each state.
 
     Parameters
     ----------
-    states : name -> solution, all at one setting; a member of a +/- pair is named 'A2+', and stands for both unless
-        the other one is there too, which is then dashed.
+    states : name -> solution, or one read as a rod where its law is not of the package, all at one setting; a member
+        of a +/- pair is named 'A2+', and stands for both unless the other one is there too, which is then dashed.
     colors : by name, such as :func:`rodatlas.plot.colors_of` gives for a slice; distinct ones by default.
+    controls : of the model, for the heading; those of a band by default.
 
     Returns
     -------
@@ -62,18 +70,21 @@ def draw_profiles(states: Mapping[str, Solution], colors: Mapping[str, str] | No
         raise ValueError("states: expected at least one solution, got none")
     s = np.linspace(0.0, 1.0, SAMPLES)
     colors = colors_in_order(states) if colors is None else colors
-    sampled = {name: RodState(x).at(s) for name, x in states.items()}
+    rods = {name: x if isinstance(x, RodState) else RodState(x) for name, x in states.items()}
+    sampled = {name: rod.at(s) for name, rod in rods.items()}
     with styled():
         fig = new_figure(TWO_COLUMN, HEIGHT)
         panels = fig.subplots(2, 2, sharex=True)
         fig.subplots_adjust(left=0.077, right=0.988, bottom=0.118, top=0.905, wspace=0.2, hspace=0.1)
-        for letter, ax, (title, field) in zip("abcd", panels.ravel(), PANELS, strict=True):
+        band = all(isinstance(rod.law, LinearLaw) and rod.law.rigid[1] for rod in rods.values())
+        titles = [title for title, _ in PANELS] if band else [*(title for title, _ in PANELS[:-1]), ANY_ENERGY]
+        for letter, ax, title, (_, field) in zip("abcd", panels.ravel(), titles, PANELS, strict=True):
             _draw_panel({name: field(x) for name, x in sampled.items()}, colors, s, letter, title, ax)
         for ax in panels[1]:
             ax.set_xlabel(ARCLENGTH_LABEL)
         fig.align_ylabels(panels[:, 0])
         fig.align_ylabels(panels[:, 1])
-        _draw_heading(states, fig)
+        _draw_heading({name: rod.solution for name, rod in rods.items()}, controls, fig)
         fig.draw_without_rendering()
     return fig
 
@@ -100,9 +111,10 @@ def _draw_panel(
     ax.text(0.018, 0.965, f"({letter})", transform=ax.transAxes, va="top", ha="left")
 
 
-def _draw_heading(states: Mapping[str, Solution], fig: Figure) -> None:
+def _draw_heading(states: Mapping[str, Solution], controls: Sequence[Control], fig: Figure) -> None:
     """The setting and the names of the states above the panels; what a pair's member stands for below them."""
-    fig.text(0.077, 0.958, setting_of(next(iter(states.values()))), va="center", ha="left", fontsize=9.0)
+    setting = setting_of(next(iter(states.values())), controls=controls)
+    fig.text(0.077, 0.958, setting, va="center", ha="left", fontsize=9.0)
     handles, labels = fig.axes[0].get_legend_handles_labels()
     fig.legend(
         handles, labels, loc="center right", bbox_to_anchor=(0.996, 0.958), ncols=len(labels), handlelength=1.6,
