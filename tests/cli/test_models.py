@@ -92,3 +92,21 @@ def test_what_is_wrong_is_one_line(capsys, tmp_path, monkeypatch, arguments, lin
     assert (code, out) == (2, "")
     assert err.startswith(f"rodatlas: {line}")
     assert err.count("\n") == 1
+
+
+@pytest.mark.slow
+def test_a_section_from_end_to_end(capsys, tmp_path):
+    """The band of the paper, D/t = 23.6: its pitchforks are those of an independent program, and it is drawn."""
+    code, printed, told = run(capsys, "slice", "--angle", "15", "--section", "rectangle:23.6", "--out", str(tmp_path),
+                              "--json", "-")  # fmt: skip
+    assert code == 0
+    data = json.loads(printed)
+    assert (data["model"], data["warnings"]) == ("rod", [])
+    assert data["setting"]["thickness"] == pytest.approx(1 / 23.6)
+    upper = next(b for b in data["branches"] if b["id"] == "U")
+    found = [event["shear"] for event in upper["special"] if event["kind"] == "pitchfork"]
+    assert found == pytest.approx([0.331245594, 0.617774807], abs=1e-7)
+    assert len(data["states"]) == 9  # as many as the thin band has names for at 15 degrees
+    assert "Stable states at angle 15 deg" in told
+    ends = {p.name.rpartition("-")[2] for p in tmp_path.glob("slice-rod-15*.png")}
+    assert ends == {"diagram.png", "profiles.png"}

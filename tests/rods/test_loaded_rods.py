@@ -11,7 +11,7 @@ import pytest
 from scipy.integrate import solve_ivp
 from scipy.optimize import root
 
-from rodatlas.continuation import MeshControl, TraceOptions, image, solve, trace
+from rodatlas.continuation import MeshControl, TraceOptions, image, solve, switch, trace
 from rodatlas.model import model_named
 from rodatlas.model.places import crossings
 from rodatlas.rods import Ends, LinearLaw, RodState, index_of, second_variation_index, state_at
@@ -159,6 +159,27 @@ def test_weight_along_the_shear_and_across():
     for weight, height in ((-5.0, 0.179104091), (5.0, 0.18042955)):
         across = sheared(rod, u_state(rod, 0.0, gravity_y=weight), most=0.3)
         assert at(rod, across, 0.2)[0]["height"] == pytest.approx(height, abs=1e-8)
+
+
+def test_a_weight_along_the_shear_cuts_off_one_member_of_the_pair():
+    """REFERENCE: with a weight of 5 along -z at angle 0 the US branch below ends at a fold, index 0 and 1."""
+    rod = loaded_rod(RECTANGLE)
+    upper = sheared(rod, u_state(rod, 0.0), most=0.5)
+    (fork,) = (x for x in upper.special if x.kind == "branch point")
+    assert fork.solution["dD"] == pytest.approx(0.359236, abs=1e-6)
+    side = switch(rod.problem, fork, ("dD",), TraceOptions(mesh=TIGHT, bounds={"dD": (0.0, 0.5)}))
+    (us,) = crossings(rod.problem, side, "dD", (0.45,), 1e-9, most=99)
+    found = []
+    for member in (us, image(rod.problem, "reversal", us)):
+        options = TraceOptions(mesh=TIGHT, bounds={"gravity_z": (-5.0, 0.0)}, locate=())
+        heavy = trace(rod.problem, member, ("gravity_z",), options, both=False, direction=-1.0).points[-1].solution
+        assert heavy["gravity_z"] == -5.0
+        options = TraceOptions(mesh=TIGHT, bounds={"dD": (0.0, 0.8)}, index=index(rod), max_folds=1)
+        branch = trace(rod.problem, heavy, ("dD",), options)
+        found.append([(x.kind, x.solution["dD"], {*x.index}) for x in branch.special])
+    connected, cut = sorted(found, key=len)
+    assert connected == []  # U passes into it without a bifurcation
+    assert ("fold", pytest.approx(0.390849134, abs=2e-8), {0, 1}) in cut
 
 
 def test_curvature_at_rest():
