@@ -41,6 +41,7 @@ def test_every_control_is_an_option(capsys, command):
         (("--gravity-y=2",), "rod", {"gravity-y": 2.0}),
         (("--rest", "1,0,0.5", "--section", "circle"), "round-rod", {"rest-k1": 1.0, "rest-twist": 0.5}),
         (("--thickness", "0.1"), "rod", {"thickness": 0.1}),
+        (("--along=shear", "--thickness", "0.1"), "rod", {"thickness": 0.1}),
     ],
 )
 def test_sections_weights_and_rest_strains_choose_a_model(monkeypatch, capsys, options, model, values):
@@ -50,6 +51,16 @@ def test_sections_weights_and_rest_strains_choose_a_model(monkeypatch, capsys, o
     settings = slice_settings_from(given[0], "1e-8")
     assert (settings.model.name, settings.along, settings.setting["angle"]) == (model, "shear", 15.0)
     assert {name: settings.setting[name] for name in values} == pytest.approx(values)
+
+
+def test_what_varies_chooses_a_model_too(monkeypatch, capsys):
+    given = []
+    monkeypatch.setattr("rodatlas.cli.slice.run", lambda fixed, *_: given.append(fixed))
+    monkeypatch.setattr("rodatlas.cli.loci.run", lambda numbers, fixed, *_: given.append(fixed))
+    assert run(capsys, "slice", "--angle", "15", "--along", "gravity-z")[0] == 0
+    assert run(capsys, "loci", "--angle", "15", "--in", "thickness,shear")[0] == 0
+    assert run(capsys, "loci", "--angle", "15", "--in=compression,shear")[0] == 0
+    assert [fixed.model.name for fixed in given] == ["rod", "rod", "band"]
 
 
 def test_the_arch_from_end_to_end(capsys, tmp_path):
@@ -110,3 +121,10 @@ def test_a_section_from_end_to_end(capsys, tmp_path):
     assert "Stable states at angle 15 deg" in told
     ends = {p.name.rpartition("-")[2] for p in tmp_path.glob("slice-rod-15*.png")}
     assert ends == {"diagram.png", "profiles.png"}
+    solved, shape = str(tmp_path / "u"), str(tmp_path / "u.vtp")
+    code, printed, _ = run(capsys, "solve", "--angle", "15", "--section", "rectangle:23.6", "--shear", "0.2", "--state",
+                           "C1", "--from", str(tmp_path), "--out", solved)  # fmt: skip
+    assert code == 0
+    assert "0.19543525" in printed
+    assert run(capsys, "export", f"{solved}.h5", "--out", shape)[0] == 0
+    assert (tmp_path / "u.vtp").stat().st_size > 10_000

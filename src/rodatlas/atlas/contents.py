@@ -15,7 +15,7 @@ from rodatlas.atlas.slices.states.coexisting import coexisting_states, richest_v
 from rodatlas.atlas.slices.states.pick import pick_state
 from rodatlas.continuation import Solution
 from rodatlas.rods.ends import Ends
-from rodatlas.rods.perfectly_anisotropic import FULL
+from rodatlas.rods.state import FORMULATIONS
 from rodatlas.states.discover import Discovery
 from rodatlas.states.labels import labels
 from rodatlas.states.rebuild import rebuilt
@@ -143,8 +143,8 @@ def shapes_of(result: Result | StatesTable, state: str = "", place: float | None
         raise ValueError(f"state: expected a name only for a slice or a search for states, got '{state}'")
     if not isinstance(result, Solution):
         raise ValueError(f"file: expected a solution, a slice or found states for shapes, got {result!r}")
-    if missing := FULL.missing(result):
-        raise ValueError(f"file: expected the solution of a rod, got one without {', '.join(missing)}")
+    if all(missing := [formulation.missing(result) for formulation in FORMULATIONS]):
+        raise ValueError(f"file: expected the solution of a rod, got one without {', '.join(missing[0])}")
     return {"": result}
 
 

@@ -78,7 +78,7 @@ def _model(context: typer.Context) -> Model:
 def _chosen(args: list[str]) -> str:
     """The model of --model or --section, which has to be known before the other options are.
 
-    Without either it is the band, and the rod where an option says what the band has not: a weight, say.
+    Without either it is the band, and the rod where something is given or varies that the band has not: a weight, say.
     """
     named, section = (_given(args, f"--{name}") for name in ("model", "section"))
     if named and section:
@@ -89,8 +89,10 @@ def _chosen(args: list[str]) -> str:
         return model_of_section(section[0])[0]
     if named:
         return named[0]
-    options = {arg.partition("=")[0].removeprefix("--") for arg in args if arg.startswith("--")}
-    return LOADED if options & (_names(LOADED) - _names(DEFAULT)) else DEFAULT
+    told = {arg.partition("=")[0].removeprefix("--") for arg in args if arg.startswith("--")}
+    varied = (_given(args, f"--{name}") for name in ("along", "in"))
+    told |= {name.strip() for texts in varied for text in texts for name in text.split(",")}
+    return LOADED if told & (_names(LOADED) - _names(DEFAULT)) else DEFAULT
 
 
 def _names(model: str) -> set[str]:
