@@ -31,10 +31,11 @@ from rodatlas.rods.sections import CIRCLE_SECTION, ELLIPSE, RECTANGLE, Section
 from rodatlas.rods.unknowns import GRAVITY, REST
 
 MOST_WEIGHT, MOST_REST = 1e4, 1e3
+SOFTEST, STIFFEST = 1e-3, 1e9  # of stiffnesses in units of GJ
 ALIKE = 1e-9  # of a c2 = EI1/EI2, from 1
 CONTINUUM = (
-    "planar states: a rod that bends alike to all sides is turned about the chord at will between clamps at angle 0 "
-    "without shear; this continuum is not followed"
+    "planar states: between clamps at angle 0 a rod that bends alike to all sides is turned about the chord at will "
+    "where it has no shear and no load; nothing is started from this continuum yet: take another angle"
 )
 STRAIGHT = ("turn-left", "turn-right", "offset", "twist")
 WEIGHT = ("gravity-x", "gravity-y", "gravity-z")
@@ -168,8 +169,8 @@ def model_of_section(text: str) -> tuple[str, dict[str, float]]:
         raise wrong from None
     if not {"a"} <= set(given) <= {"a", "b"} or len(given) < len(pairs):
         raise wrong
-    if not all(0.0 < value < math.inf for value in given.values()):
-        raise wrong
+    if not all(SOFTEST <= value <= STIFFEST for value in given.values()):
+        raise WrongInput("section", f"expected a and b from {SOFTEST:g} to {STIFFEST:g}, got '{text[:100]}'")
     return "given-rod", {"a": given["a"], "c2": 1.0 / given["b"] if "b" in given else 0.0}
 
 

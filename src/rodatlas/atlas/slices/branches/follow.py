@@ -32,6 +32,7 @@ from rodatlas.model.orbit import own_symmetries, pairing, same_state
 from rodatlas.progress import Progress
 
 ANY = 1000  # no limit to an index
+PASSED = (0.02, 0.25, 0.5, 0.75, 0.98)  # of a range, where branches of a longer slice are met: folds may lie between
 SHARES = (0.3, 0.55, 0.8)  # of a branch, at which it is compared with others: one may lie at a bifurcation
 NO_BRANCH = (
     "no branch: no start of the model could be followed to this setting, perhaps since a fold lies on the way; other "
@@ -103,7 +104,7 @@ def _whole(settings: SliceSettings) -> SliceSettings | None:
 
 
 def _seeds_inside(followed: Followed, settings: SliceSettings) -> list[Seed]:
-    """A state of each part of a branch that lies inside the range, and where it passes the middle of it."""
+    """A state of each part of a branch that lies inside the range, and where it passes some values of it."""
     inside: list[list[Solution]] = [[]]
     for point in followed.branch.points:
         if settings.low < settings.value(point.solution) < settings.high:
@@ -111,7 +112,8 @@ def _seeds_inside(followed: Followed, settings: SliceSettings) -> list[Seed]:
         elif inside[-1]:
             inside.append([])
     states = [run[len(run) // 2] for run in inside if run]
-    states += crossings(followed.branch, (0.5 * (settings.low + settings.high),), settings, most=ANY)
+    values = [settings.low + share * (settings.high - settings.low) for share in PASSED]
+    states += crossings(followed.branch, values, settings, most=ANY)
     return [Seed(f"{followed.id}@{k}", state) for k, state in enumerate(states, 1)]
 
 
