@@ -194,7 +194,11 @@ def solve_command(
     context: typer.Context,
     state: Annotated[
         str,
-        option(kind="NAME", help="Name: U, W, w, uUu, uUui; of a pair US+, US-, TU+ ..; of several W:1, W:2."),
+        option(
+            kind="NAME",
+            help="Name: U, W, w, uUu, uUui; of a pair US+, US-, TU+ ..; of several W:1, W:2; where the paper has none, "
+            "as slice prints it, A1, C2+ ..",
+        ),
     ],
     out: Annotated[
         str | None, option(kind="FILE", help="File for the solution, .h5 and .csv.", default="in out/, by its name")
